@@ -1,0 +1,71 @@
+"""As-manufactured parts from CAD: skin model shapes (ISO 17450) inside their tolerances.
+
+>>> import cadquery as cq, cadskin as cs
+>>> part = cs.nominal(cq.Workplane().box(60, 40, 8), edge_length=4.0)
+>>> skin = cs.simulate(part, cs.GaussianField(sigma=0.01, length=15), rng=7)
+>>> skin.closed
+True
+
+Names load on first use, so that ``import cadskin`` costs nothing.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+__version__ = "0.1.0"
+
+# Public name -> module that owns it.
+_HOMES = {
+    # geometry in
+    "nominal": "cadskin.cad",
+    "nominals": "cadskin.cad",
+    "read_parts": "cadskin.cad",
+    # the nominal model
+    "DiscreteShape": "cadskin.shape",
+    "Face": "cadskin.shape",
+    "Feature": "cadskin.shape",
+    "NominalModel": "cadskin.shape",
+    # deviation models
+    "DeviationModel": "cadskin.deviation",
+    "GaussianField": "cadskin.deviation",
+    "Paraboloid": "cadskin.deviation",
+    "WhiteNoise": "cadskin.deviation",
+    # skin model shapes
+    "SkinEnsemble": "cadskin.skin",
+    "SkinModel": "cadskin.skin",
+    "simulate": "cadskin.skin",
+    "weld": "cadskin.skin",
+    # out
+    "picture": "cadskin.view",
+    "write": "cadskin.export",
+    # errors
+    "CadskinError": "cadskin.errors",
+    "CadskinWarning": "cadskin.errors",
+}
+
+__all__ = ["__version__", *sorted(_HOMES)]
+
+if TYPE_CHECKING:
+    from cadskin.cad import nominal, nominals, read_parts
+    from cadskin.deviation import DeviationModel, GaussianField, Paraboloid, WhiteNoise
+    from cadskin.errors import CadskinError, CadskinWarning
+    from cadskin.export import write
+    from cadskin.shape import DiscreteShape, Face, Feature, NominalModel
+    from cadskin.skin import SkinEnsemble, SkinModel, simulate, weld
+    from cadskin.view import picture
+
+
+def __getattr__(name: str) -> Any:
+    try:
+        home = _HOMES[name]
+    except KeyError:
+        raise AttributeError(f"module 'cadskin' has no attribute {name!r}") from None
+    value = getattr(import_module(home), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *_HOMES])

@@ -1,0 +1,69 @@
+"""Gateway to the geometry kernel: the only file that knows what differs between OCP versions.
+
+OCP 7.9 is what cadquery 2.8 brings; OCP 8.0 renamed the downcasts and moved the collections. Everything here
+is written against names that one ``if`` can switch; callers pass and get raw ``TopoDS`` objects.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from OCP.TopAbs import TopAbs_ShapeEnum
+from OCP.TopExp import TopExp
+from OCP.TopoDS import TopoDS
+
+__all__ = ["OCP_MAJOR", "edges_of", "faces_of", "index_map", "solids_of", "to_edge", "to_face", "to_solid", "to_vertex", "xyz"]
+
+OCP_MAJOR = 8 if hasattr(TopoDS, "Face") else 7
+
+if OCP_MAJOR >= 8:
+    from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as _IndexedMap
+else:
+    from OCP.TopTools import TopTools_IndexedMapOfShape as _IndexedMap
+
+
+def _cast(name: str) -> Any:
+    return getattr(TopoDS, name) if OCP_MAJOR >= 8 else getattr(TopoDS, name + "_s")
+
+
+to_face = _cast("Face")
+to_edge = _cast("Edge")
+to_vertex = _cast("Vertex")
+to_solid = _cast("Solid")
+to_shell = _cast("Shell")
+to_wire = _cast("Wire")
+
+
+def index_map(shape: Any, kind: TopAbs_ShapeEnum) -> Any:
+    """Return the indexed map (1-based ``FindKey``, ``FindIndex``) of the sub-shapes of one kind.
+
+    Its order is the order of cadquery's ``.Faces()``, ``.Edges()`` and ``.Vertices()``.
+    """
+    found = _IndexedMap()
+    TopExp.MapShapes_s(shape, kind, found)
+    return found
+
+
+def _all(shape: Any, kind: TopAbs_ShapeEnum, cast: Any) -> list[Any]:
+    found = index_map(shape, kind)
+    return [cast(found.FindKey(i)) for i in range(1, found.Extent() + 1)]
+
+
+def faces_of(shape: Any) -> list[Any]:
+    """Return the faces of a shape, each once, in map order."""
+    return _all(shape, TopAbs_ShapeEnum.TopAbs_FACE, to_face)
+
+
+def edges_of(shape: Any) -> list[Any]:
+    """Return the edges of a shape, each once, in map order."""
+    return _all(shape, TopAbs_ShapeEnum.TopAbs_EDGE, to_edge)
+
+
+def solids_of(shape: Any) -> list[Any]:
+    """Return the solids of a shape, each once, in map order."""
+    return _all(shape, TopAbs_ShapeEnum.TopAbs_SOLID, to_solid)
+
+
+def xyz(point: Any) -> tuple[float, float, float]:
+    """Return the coordinates of a ``gp_Pnt``, ``gp_Vec`` or ``gp_Dir``."""
+    return point.X(), point.Y(), point.Z()

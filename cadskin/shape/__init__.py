@@ -1,0 +1,29 @@
+"""The nominal discrete shape, its features and the operations of ISO 17450 (numpy and scipy only)."""
+
+from __future__ import annotations
+
+from cadskin.shape.discrete import DiscreteShape, triangle_normals, vertex_normals
+from cadskin.shape.ideal import Cone, Cylinder, Freeform, IdealSurface, Plane, Sphere, Torus
+from cadskin.shape.nominal import Face, Feature, NominalModel, Samples, Source
+from cadskin.shape.selectors import FeatureRef, select, select_one
+
+__all__ = [
+    "Cone",
+    "Cylinder",
+    "DiscreteShape",
+    "Face",
+    "Feature",
+    "FeatureRef",
+    "Freeform",
+    "IdealSurface",
+    "NominalModel",
+    "Plane",
+    "Samples",
+    "Source",
+    "Sphere",
+    "Torus",
+    "select",
+    "select_one",
+    "triangle_normals",
+    "vertex_normals",
+]
