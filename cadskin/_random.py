@@ -39,4 +39,6 @@ def child(seed: np.random.SeedSequence, index: int) -> np.random.Generator:
     True
     """
     key = (*seed.spawn_key, index)
-    return np.random.default_rng(np.random.SeedSequence(seed.entropy, spawn_key=key, pool_size=seed.pool_size))
+    return np.random.default_rng(
+        np.random.SeedSequence(seed.entropy, spawn_key=key, pool_size=seed.pool_size)
+    )

@@ -6,15 +6,28 @@ is written against names that one ``if`` can switch; callers pass and get raw ``
 
 from __future__ import annotations
 
+from importlib.util import find_spec
 from typing import Any
 
 from OCP.TopAbs import TopAbs_ShapeEnum
 from OCP.TopExp import TopExp
 from OCP.TopoDS import TopoDS
 
-__all__ = ["OCP_MAJOR", "edges_of", "faces_of", "index_map", "solids_of", "to_edge", "to_face", "to_solid", "to_vertex", "xyz"]
+__all__ = [
+    "OCP_MAJOR",
+    "edges_of",
+    "faces_of",
+    "index_map",
+    "solids_of",
+    "to_edge",
+    "to_face",
+    "to_solid",
+    "to_vertex",
+    "xyz",
+]
 
-OCP_MAJOR = 8 if hasattr(TopoDS, "Face") else 7
+# Only the package is probed: a name that is missing in one version then fails loudly.
+OCP_MAJOR = 8 if find_spec("OCP.collections") else 7
 
 if OCP_MAJOR >= 8:
     from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as _IndexedMap
@@ -23,7 +36,7 @@ else:
 
 
 def _cast(name: str) -> Any:
-    return getattr(TopoDS, name) if OCP_MAJOR >= 8 else getattr(TopoDS, name + "_s")
+    return getattr(TopoDS, name if hasattr(TopoDS, name) else name + "_s")
 
 
 to_face = _cast("Face")

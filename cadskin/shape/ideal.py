@@ -24,7 +24,9 @@ def _unit(vector: Vectors, name: str) -> Vectors:
     array = np.asarray(vector, dtype=np.float64)
     length = float(np.linalg.norm(array))
     if array.shape != (3,) or not np.isfinite(length) or length == 0.0:
-        raise GeometryError(f"{name} must be a vector of three finite numbers that is not zero, got {vector!r}")
+        raise GeometryError(
+            f"{name} must be a vector of three finite numbers that is not zero, got {vector!r}"
+        )
     return frozen(array / length)
 
 

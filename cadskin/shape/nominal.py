@@ -165,7 +165,9 @@ class Feature:
 
     def __post_init__(self) -> None:
         """Freeze the triangle ids."""
-        object.__setattr__(self, "triangle_ids", frozen(self.triangle_ids, dtype=np.int64, name="triangle_ids"))
+        object.__setattr__(
+            self, "triangle_ids", frozen(self.triangle_ids, dtype=np.int64, name="triangle_ids")
+        )
 
     @property
     def kind(self) -> str:
@@ -395,7 +397,11 @@ class NominalModel:
 
 
 def build_features(
-    surface: DiscreteShape, groups: Sequence[Sequence[int]], faces: Sequence[Face], samples: Samples, starts: Ints
+    surface: DiscreteShape,
+    groups: Sequence[Sequence[int]],
+    faces: Sequence[Face],
+    samples: Samples,
+    starts: Ints,
 ) -> tuple[Feature, ...]:
     """Return the features of a partition of the faces.
 
