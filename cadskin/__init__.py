@@ -48,13 +48,25 @@ _HOMES = {
 __all__ = ["__version__", *sorted(_HOMES)]
 
 if TYPE_CHECKING:
-    from cadskin.cad import nominal, nominals, read_parts
-    from cadskin.deviation import DeviationModel, GaussianField, Paraboloid, WhiteNoise
-    from cadskin.errors import CadskinError, CadskinWarning
-    from cadskin.export import write
-    from cadskin.shape import DiscreteShape, Face, Feature, NominalModel
-    from cadskin.skin import SkinEnsemble, SkinModel, simulate, weld
-    from cadskin.view import picture
+    from cadskin.cad import nominal as nominal
+    from cadskin.cad import nominals as nominals
+    from cadskin.cad import read_parts as read_parts
+    from cadskin.deviation import DeviationModel as DeviationModel
+    from cadskin.deviation import GaussianField as GaussianField
+    from cadskin.deviation import Paraboloid as Paraboloid
+    from cadskin.deviation import WhiteNoise as WhiteNoise
+    from cadskin.errors import CadskinError as CadskinError
+    from cadskin.errors import CadskinWarning as CadskinWarning
+    from cadskin.export import write as write
+    from cadskin.shape import DiscreteShape as DiscreteShape
+    from cadskin.shape import Face as Face
+    from cadskin.shape import Feature as Feature
+    from cadskin.shape import NominalModel as NominalModel
+    from cadskin.skin import SkinEnsemble as SkinEnsemble
+    from cadskin.skin import SkinModel as SkinModel
+    from cadskin.skin import simulate as simulate
+    from cadskin.skin import weld as weld
+    from cadskin.view import picture as picture
 
 
 def __getattr__(name: str) -> Any:

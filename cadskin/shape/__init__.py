@@ -5,6 +5,7 @@ from __future__ import annotations
 from cadskin.shape.discrete import DiscreteShape, triangle_normals, vertex_normals
 from cadskin.shape.ideal import Cone, Cylinder, Freeform, IdealSurface, Plane, Sphere, Torus
 from cadskin.shape.nominal import Face, Feature, NominalModel, Samples, Source
+from cadskin.shape.patches import SmoothPatches, smooth_patches
 from cadskin.shape.selectors import FeatureRef, select, select_one
 
 __all__ = [
@@ -19,11 +20,13 @@ __all__ = [
     "NominalModel",
     "Plane",
     "Samples",
+    "SmoothPatches",
     "Source",
     "Sphere",
     "Torus",
     "select",
     "select_one",
+    "smooth_patches",
     "triangle_normals",
     "vertex_normals",
 ]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from cadskin.shape.discrete import DiscreteShape
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from cadskin._typing import Bools, Floats, Ints, Points, Vectors
+    from cadskin._typing import Bools, Floats, Ints, Points, Triangles, Vectors
     from cadskin.shape.ideal import IdealSurface
     from cadskin.shape.selectors import FeatureRef
 
@@ -149,8 +150,6 @@ class Feature:
         Its triangles in the discrete shape.
     start, stop : int
         Its rows in `NominalModel.samples` and in every deviation field.
-    model : Samples and DiscreteShape
-        Where the arrays live.
     """
 
     id: int
@@ -240,7 +239,7 @@ class Feature:
         return self._samples.face_ids[self.rows]
 
     @property
-    def triangles(self) -> Ints:
+    def triangles(self) -> Triangles:
         """Triangles (t, 3) as indices into the feature's own samples (0 .. n_points-1)."""
         local = np.full(self._surface.n_points, -1, dtype=np.int64)
         local[self.vertex_ids] = np.arange(self.n_points)
@@ -365,6 +364,23 @@ class NominalModel:
         return np.repeat(
             np.arange(len(self.features)), np.array([f.n_points for f in self.features], dtype=np.int64)
         )
+
+    @cached_property
+    def corner_samples(self) -> Triangles:
+        """Sample row of each triangle corner (m, 3): the mesh cut open along the features' edges."""
+        corners = np.full((self.surface.n_triangles, 3), -1, dtype=np.int64)
+        local = np.full(self.surface.n_points, -1, dtype=np.int64)
+        for feature in self.features:
+            vertices = feature.vertex_ids
+            local[vertices] = np.arange(feature.start, feature.stop)
+            corners[feature.triangle_ids] = local[self.surface.triangles[feature.triangle_ids]]
+            local[vertices] = -1
+        if corners.size and corners.min() < 0:
+            raise GeometryError("a triangle corner has no feature sample: the model is inconsistent")
+        return frozen(corners, dtype=np.int64)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {key: value for key, value in self.__dict__.items() if key != "corner_samples"}
 
     def with_source(self, **changes: Any) -> NominalModel:
         """Return a copy with changed provenance."""
