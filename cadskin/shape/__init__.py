@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from cadskin.shape.discrete import DiscreteShape, triangle_normals, vertex_normals
+from cadskin.shape.face import Face, Source
 from cadskin.shape.ideal import Cone, Cylinder, Freeform, IdealSurface, Plane, Sphere, Torus
-from cadskin.shape.nominal import Face, Feature, NominalModel, Samples, Source
+from cadskin.shape.nominal import Feature, NominalModel
 from cadskin.shape.patches import SmoothPatches, smooth_patches
+from cadskin.shape.samples import Samples
 from cadskin.shape.selectors import FeatureRef, select, select_one
 
 __all__ = [

@@ -12,126 +12,17 @@ import numpy as np
 from cadskin._arrays import frozen
 from cadskin.errors import GeometryError
 from cadskin.shape.discrete import DiscreteShape
+from cadskin.shape.face import Face, Source
+from cadskin.shape.samples import Samples
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from cadskin._typing import Bools, Floats, Ints, Points, Triangles, Vectors
+    from cadskin._typing import Floats, Ints, Points, Triangles, Vectors
     from cadskin.shape.ideal import IdealSurface
     from cadskin.shape.selectors import FeatureRef
 
 __all__ = ["Face", "Feature", "NominalModel", "Samples", "Source"]
-
-
-@dataclass(frozen=True, eq=False)
-class Face:
-    """One B-rep face, as the CAD model has it (before any meshing).
-
-    Parameters
-    ----------
-    index : int
-        Zero-based index in the order of cadquery's ``.Faces()``.
-    ideal : IdealSurface
-        Ideal surface with its parameters.
-    area : float
-        Exact area [mm²].
-    centre : (3,) float
-        Centre of area [mm].
-    normal : (3,) float
-        Unit normal out of the material at the face's middle point (of the plane, for a plane).
-    bounds : (2, 3) float
-        Bounding box, lowest and highest corner [mm].
-    internal : bool
-        True where the material lies outside of the surface (a hole, an inner fillet).
-    name, colour, step_id
-        Name and colour (``#rrggbb``) of the file, and the entity number of the face in a STEP file; None if
-        the file has none.
-    """
-
-    index: int
-    ideal: IdealSurface
-    area: float
-    centre: Points
-    normal: Vectors
-    bounds: Points
-    internal: bool = False
-    name: str | None = None
-    colour: str | None = None
-    step_id: int | None = None
-
-    def __post_init__(self) -> None:
-        """Check and freeze."""
-        for key, shape in (("centre", (3,)), ("normal", (3,)), ("bounds", (2, 3))):
-            object.__setattr__(self, key, frozen(getattr(self, key), shape=shape, name=key))
-
-    @property
-    def kind(self) -> str:
-        """Kind of the ideal surface: plane, cylinder, cone, sphere, torus, bspline, ..."""
-        return self.ideal.kind
-
-    @property
-    def radius(self) -> float | None:
-        """Radius [mm] of a cylinder or sphere, minor radius of a torus, None for the others."""
-        ideal: Any = self.ideal
-        value = getattr(ideal, "radius", None) or getattr(ideal, "minor_radius", None)
-        return None if value is None else float(value)
-
-
-@dataclass(frozen=True, eq=False)
-class Samples:
-    """The feature samples: one row per (feature, vertex), so an edge point stands once per adjacent feature.
-
-    A deviation field is one number per row. Rows of one feature are contiguous, in the order of the features.
-
-    Parameters
-    ----------
-    vertex_ids : (n_c,) int
-        Vertex of the discrete shape.
-    face_ids : (n_c,) int
-        B-rep face on which the row was evaluated.
-    uv : (n_c, 2) float
-        Surface parameters there; NaN for a mesh without CAD.
-    normals : (n_c, 3) float
-        Exact unit normals out of the material.
-    curvatures : (n_c, 2) float
-        Principal curvatures k1 >= k2 [1/mm]; positive where the surface bends towards its outward normal
-        (a hole), negative on a convex surface (a shaft of radius R has k2 = -1/R).
-    directions : (n_c, 2, 3) float
-        Unit principal directions of k1 and k2; with the normal they are the augmented Darboux frame.
-    singular : (n_c,) bool
-        True where the surface has no normal (the apex of a cone); the row holds a stand-in.
-    """
-
-    vertex_ids: Ints
-    face_ids: Ints
-    uv: Floats
-    normals: Vectors
-    curvatures: Floats
-    directions: Floats
-    singular: Bools
-
-    def __post_init__(self) -> None:
-        """Check and freeze."""
-        n = len(self.vertex_ids)
-        spec: tuple[tuple[str, Any, tuple[int, ...], bool], ...] = (
-            ("vertex_ids", np.int64, (n,), True),
-            ("face_ids", np.int64, (n,), True),
-            ("uv", np.float64, (n, 2), False),
-            ("normals", np.float64, (n, 3), True),
-            ("curvatures", np.float64, (n, 2), True),
-            ("directions", np.float64, (n, 2, 3), True),
-            ("singular", np.bool_, (n,), True),
-        )
-        for key, dtype, shape, finite in spec:
-            value = frozen(getattr(self, key), dtype=dtype, shape=shape, name=f"samples.{key}", finite=finite)
-            object.__setattr__(self, key, value)
-
-    def __len__(self) -> int:
-        return len(self.vertex_ids)
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        keys = ("vertex_ids", "face_ids", "uv", "normals", "curvatures", "directions", "singular")
-        return type(self), tuple(getattr(self, key) for key in keys)
 
 
 @dataclass(frozen=True, eq=False)
@@ -244,37 +135,6 @@ class Feature:
         local = np.full(self._surface.n_points, -1, dtype=np.int64)
         local[self.vertex_ids] = np.arange(self.n_points)
         return local[self._surface.triangles[self.triangle_ids]]
-
-
-@dataclass(frozen=True)
-class Source:
-    """Where a nominal model comes from: enough to find and to recognise it again.
-
-    Parameters
-    ----------
-    kind : str
-        ``step``, ``iges``, ``brep``, ``cadquery``, ``build123d``, ``shape`` or ``mesh``.
-    path : str or None
-        File name, without its folder.
-    sha256 : str or None
-        Hash of the file.
-    units : str
-        Length unit of the file; inside it is always mm.
-    part : str or None
-        Name of the part in the file.
-    edge_length : float or None
-        Target edge length of the mesh [mm].
-    backend : str
-        Mesher that made it.
-    """
-
-    kind: str = "shape"
-    path: str | None = None
-    sha256: str | None = None
-    units: str = "mm"
-    part: str | None = None
-    edge_length: float | None = None
-    backend: str = "cadskin"
 
 
 @dataclass(frozen=True, eq=False)
