@@ -14,16 +14,18 @@ import ctypes
 import os
 import platform
 import re
+import shlex
+import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from importlib import metadata
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Literal
 
-__all__ = ["Finding", "broken", "examine", "explain_import_error", "kernel_wheel", "report"]
+__all__ = ["Finding", "broken", "examine", "explain_import_error", "kernel_wheel", "repair", "report"]
 
 State = Literal["ok", "note", "absent", "broken"]
 
@@ -139,8 +141,32 @@ def report(findings: tuple[Finding, ...]) -> str:
     return "\n".join([f"system  {system}", *lines]).replace(home, "~")
 
 
-def explain_import_error(error: ImportError) -> str:
-    """Return one line that says what to install when an import failed.
+def repair(findings: tuple[Finding, ...]) -> tuple[str, ...]:
+    """Run the repair lines of what is broken; return those that could not be run or failed.
+
+    ``pip`` lines run with this Python; ``apt-get`` lines run only for root, others are returned.
+    """
+    lines = dict.fromkeys(finding.repair for finding in broken(findings) if finding.repair)
+    return tuple(line for line in lines if not _run_repair(line))
+
+
+def _run_repair(line: str) -> bool:
+    tool, *words = shlex.split(line)
+    if tool == "pip":
+        return _succeeds([sys.executable, "-m", "pip", *words])
+    is_root = hasattr(os, "geteuid") and os.geteuid() == 0
+    if tool == "apt-get" and is_root and shutil.which(tool):
+        _succeeds([tool, "update", "-qq"])
+        return _succeeds([tool, *words, "-y", "-qq", "--no-install-recommends"])
+    return False
+
+
+def _succeeds(command: list[str]) -> bool:
+    return subprocess.run(command, stdout=subprocess.DEVNULL, check=False).returncode == 0
+
+
+def explain_import_error(error: ImportError | OSError) -> str:
+    """Return one line that says what to install when an import, or the loading of a library, failed.
 
     Examples
     --------
@@ -155,7 +181,7 @@ def explain_import_error(error: ImportError) -> str:
         how = f"apt-get install {package}" if package else "find the system's package that holds it"
         return f"the system library {library[1]} is missing: {how}"
     for extra, (_, module) in EXTRAS.items():
-        if error.name == module:
+        if getattr(error, "name", None) == module:
             return f"the package {module} is missing: pip install 'cadskin[{extra}]'"
     wheel = kernel_wheel()
     if wheel.state == "broken":
@@ -163,14 +189,21 @@ def explain_import_error(error: ImportError) -> str:
     return f"an import failed ({error}); `cadskin doctor` says what is broken"
 
 
-def kernel_wheel() -> Finding:
+def kernel_wheel(path: Sequence[str] | None = None) -> Finding:
     """Find out which wheel's geometry kernel is on the disk, without importing it.
 
+    Parameters
+    ----------
+    path : sequence of str, optional
+        Folders to look into; `sys.path` by default.
+
+    Notes
+    -----
     ``cadquery-ocp`` and ``cadquery-ocp-novtk`` install the same package ``OCP``; the last one to be unpacked
     wins. Each wheel's RECORD holds the size of its binary: the one that equals the file's is the winner.
     cadquery needs the first; the first serves everybody.
     """
-    installed = {name: dist for name in KERNEL_WHEELS if (dist := _distribution(name)) is not None}
+    installed = {name: dist for name in KERNEL_WHEELS if (dist := _distribution(name, path)) is not None}
     if not installed:
         return Finding("geometry kernel", "broken", "no OCP wheel is installed", _repair(None))
     versions = {name: dist.version for name, dist in installed.items()}
@@ -193,15 +226,13 @@ def kernel_wheel() -> Finding:
 def _repair(version: str | None) -> str:
     """Return the line that puts the wheel back that serves both cadquery and build123d."""
     if version is None:
-        return "pip install --force-reinstall 'cadquery>=2.8' 'cadquery-ocp>=7.9,<8'"
+        return "pip install --force-reinstall 'cadquery-ocp>=7.9,<8' 'cadquery>=2.8'"
     return f"pip install --force-reinstall --no-deps cadquery-ocp=={version}"
 
 
-def _distribution(name: str) -> metadata.Distribution | None:
-    try:
-        return metadata.distribution(name)
-    except metadata.PackageNotFoundError:
-        return None
+def _distribution(name: str, path: Sequence[str] | None = None) -> metadata.Distribution | None:
+    found = metadata.distributions(name=name, path=list(sys.path if path is None else path))
+    return next(iter(found), None)
 
 
 def _is_on_disk(dist: metadata.Distribution) -> bool:

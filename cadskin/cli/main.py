@@ -99,6 +99,8 @@ def _run(words: list[str]) -> int:
     asked = next((word for word in words if not word.startswith("-")), None)
     app = build([asked] if asked in COMMANDS else COMMANDS)
     result = app(words, prog_name="cadskin", standalone_mode=False)
+    if result == EXIT_INTERRUPTED:  # what newer typers make of Ctrl-C
+        raise KeyboardInterrupt
     sys.stdout.flush()
     return result if isinstance(result, int) else 0
 
@@ -129,7 +131,7 @@ def _report(error: Exception) -> int:
     if usage is not None:  # typer's errors about the words of the command line
         message, code = _one_line(usage()), int(getattr(error, "exit_code", 2))
         return failure(f"{message} (see cadskin --help)", code) if message else code
-    if isinstance(error, ImportError):
+    if isinstance(error, ImportError | OSError) and _is_about_loading(error):
         from cadskin.doctor import explain_import_error
 
         return failure(explain_import_error(error), 3)
@@ -141,6 +143,10 @@ def _report(error: Exception) -> int:
         return failure(f"{name}{error.strerror}", 3)
     what = f"{type(error).__name__}: {_one_line(str(error))}"
     return failure(f"internal error, {what}; run again with --debug and report it", EXIT_DEFECT)
+
+
+def _is_about_loading(error: ImportError | OSError) -> bool:
+    return isinstance(error, ImportError) or "cannot open shared object file" in str(error)
 
 
 def _one_line(text: str) -> str:
@@ -184,6 +190,7 @@ def _install_warnings(*, debug: bool) -> None:
             note(f"{filename}:{lineno}: {category.__name__}: {message}")
 
     warnings.showwarning = show
+    warnings.simplefilter("default" if debug else "ignore")
     warnings.simplefilter("always", CadskinWarning)
 
 

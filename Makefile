@@ -1,0 +1,84 @@
+# `make help` lists what there is. Nothing here needs more than Python 3.11+ and make; everything that is
+# installed goes into $(VENV).
+
+PYTHON ?= python3
+VENV ?= .venv
+BIN := $(VENV)/bin
+WORKERS ?= 2
+ARGS ?=
+
+# One process per core in tests: the libraries below would otherwise start threads in each of them.
+export OMP_NUM_THREADS ?= 1
+export NUMBA_NUM_THREADS ?= 1
+
+.DEFAULT_GOAL := help
+.PHONY: help setup demo lint format type layers test test-all examples corpus bench coexist ci clean
+
+help: ## list the targets
+	@grep -E '^[a-z-]+:.*## ' $(firstword $(MAKEFILE_LIST)) | sed -E 's/^([a-z-]+):.*## /\1|/' \
+	    | while IFS='|' read -r name what; do printf '  %-10s %s\n' "$$name" "$$what"; done
+
+setup: $(VENV)/.dev ## make the environment with all extras and the tools of development
+
+demo: $(VENV)/.demo ## fresh machine: install, turn an example part into an as-made mesh and a picture in demo/
+	@$(BIN)/cadskin doctor --no-imports > $(VENV)/doctor.txt || { cat $(VENV)/doctor.txt; exit 1; }
+	@mkdir -p demo
+	$(BIN)/cadskin convert examples/parts/bracket.step -o demo/bracket_skin.stl --tolerance 0.1 --seed 7
+
+lint: $(VENV)/.dev ## ruff: rules and format
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+format: $(VENV)/.dev ## ruff: repair what can be repaired
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+type: $(VENV)/.dev ## mypy, strict
+	$(BIN)/mypy
+
+layers: $(VENV)/.dev ## import-linter: data flows one way, the kernel lives in cad only
+	$(BIN)/lint-imports
+
+test: $(VENV)/.dev ## the tests of every day (ARGS="-k word" narrows them)
+	$(BIN)/pytest -n $(WORKERS) -m "not slow" $(ARGS)
+
+test-all: $(VENV)/.dev ## all tests, the slow ones too
+	$(BIN)/pytest -n $(WORKERS) $(ARGS)
+
+examples: $(VENV)/.dev ## run every example and check the number it returns
+	$(BIN)/pytest tests/test_examples.py $(ARGS)
+
+corpus: $(VENV)/.dev ## mesh the STEP files in $$CADSKIN_CORPUS; the table goes to docs/corpus.md
+	$(BIN)/python benchmarks/corpus_table.py $(ARGS)
+
+bench: $(VENV)/.dev ## run the benchmarks (each prints its own table)
+	@for script in benchmarks/bench_*.py; do echo "== $$script"; $(BIN)/python $$script || exit 1; done
+
+coexist: $(VENV)/.base ## cadquery and build123d in one fresh environment, broken and repaired on purpose
+	$(BIN)/python tests/coexist.py
+
+ci: lint type layers test coexist ## what .ci/run calls
+
+clean: ## remove what the other targets made
+	rm -rf $(VENV) demo build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis
+	find cadskin tests examples benchmarks -name __pycache__ -prune -exec rm -rf {} +
+
+# --- environments -----------------------------------------------------------------------------------------
+
+# --group needs pip 25.1.
+$(VENV)/.base:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
+	    || { echo "cadskin needs Python 3.11 or newer; name one: make PYTHON=python3.12 ..."; exit 1; }
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --upgrade 'pip>=25.1'
+	@touch $@
+
+$(VENV)/.demo: $(VENV)/.base pyproject.toml
+	$(BIN)/python -m pip install --quiet --editable '.[view]'
+	@touch $@
+
+# Both OCP wheels are installed here and write the same files; when the wrong one came last, put it right.
+$(VENV)/.dev: $(VENV)/.base pyproject.toml
+	$(BIN)/python -m pip install --quiet --editable '.[all]' --group dev
+	$(BIN)/cadskin doctor --no-imports --repair
+	@touch $@ $(VENV)/.demo
