@@ -167,7 +167,7 @@ class NominalModel:
     features: tuple[Feature, ...]
     samples: Samples
     closed: bool = True
-    source: Source = Source()
+    source: Source = field(default_factory=Source)
     notes: tuple[str, ...] = ()
     failed_faces: tuple[int, ...] = ()
 
