@@ -1,0 +1,37 @@
+"""Checks of model parameters: the message names the model, the parameter, the value and the limit."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from cadskin.errors import DeviationError
+
+__all__ = ["finite", "positive"]
+
+
+def _number(value: Any, what: str, owner: object) -> float:
+    try:
+        number = float(value)
+    except (TypeError, ValueError) as error:
+        raise DeviationError(f"{type(owner).__name__}: {what} must be a number, got {value!r}") from error
+    return number
+
+
+def finite(value: Any, what: str, unit: str, owner: object) -> float:
+    """Return ``value`` as a float; refuse NaN, infinity and what is no number."""
+    number = _number(value, what, owner)
+    if not np.isfinite(number):
+        raise DeviationError(f"{type(owner).__name__}: {what} must be finite, got {number} {unit}".rstrip())
+    return number
+
+
+def positive(value: Any, what: str, unit: str, owner: object) -> float:
+    """Return ``value`` as a float; refuse everything but positive finite numbers."""
+    number = finite(value, what, unit, owner)
+    if number <= 0:
+        raise DeviationError(
+            f"{type(owner).__name__}: {what} must be greater than 0, got {number:.6g} {unit}".rstrip()
+        )
+    return number

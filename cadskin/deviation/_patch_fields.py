@@ -1,0 +1,180 @@
+"""Unit Gaussian fields on the points of one patch: exact (dense Cholesky) and low rank (Karhunen-Loeve)."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numba import njit
+
+from cadskin.deviation.kernels import correlation_matrix, correlation_of, kernel_code, squared_distance
+from cadskin.errors import DeviationError
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from cadskin._typing import Floats, Points
+
+__all__ = ["DenseField", "LowRankField", "PatchField", "product", "unit_cholesky"]
+
+_COLUMNS = 16  # one block of samples in a matrix product, always full: the bits do not depend on the batch
+
+
+class PatchField(ABC):
+    """A linear map from standard normal numbers to a Gaussian field of unit variance on n points.
+
+    Attributes
+    ----------
+    latent : int
+        Number of normal numbers of one field.
+    note : str
+        The route and its certificate.
+    """
+
+    latent: int
+    note: str
+
+    @abstractmethod
+    def apply(self, noise: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return fields (k, n) of noise (k, latent); each row depends on its own noise only."""
+
+
+def product(noise: NDArray[np.float32], factor: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return noise (k, m) @ factor (m, n), with bits that do not depend on k (BLAS chooses by shape)."""
+    count, latent = noise.shape
+    out = np.zeros((-(-count // _COLUMNS) * _COLUMNS, factor.shape[1]), dtype=np.float32)
+    block = np.zeros((_COLUMNS, latent), dtype=np.float32)
+    for start in range(0, count, _COLUMNS):
+        rows = noise[start : start + _COLUMNS]
+        block[: len(rows)] = rows
+        np.matmul(block, factor, out=out[start : start + _COLUMNS])
+    return out[:count]
+
+
+def unit_cholesky(covariance: Floats, what: str) -> Floats:
+    """Return the lower Cholesky factor of a correlation matrix, its rows scaled to unit variance.
+
+    A jitter of 1e-10 to 1e-6 on the diagonal makes up for rounding.
+
+    Raises
+    ------
+    DeviationError
+        The matrix is not positive definite.
+    """
+    n = len(covariance)
+    for jitter in (1e-10, 1e-8, 1e-6):
+        try:
+            factor = np.linalg.cholesky(covariance + jitter * np.eye(n))
+        except np.linalg.LinAlgError:
+            continue
+        return np.asarray(factor / np.linalg.norm(factor, axis=1, keepdims=True), dtype=np.float64)
+    raise DeviationError(
+        f"{what} is not positive definite (smallest eigenvalue {np.linalg.eigvalsh(covariance)[0]:.3g}); "
+        "use a shorter length, kernel='exponential', or metric='surface'"
+    )
+
+
+class DenseField(PatchField):
+    """Exact: the Cholesky factor of the correlation matrix; for some hundred points.
+
+    Parameters
+    ----------
+    points : (n, d) float
+        Divided by the correlation length.
+    kernel : str
+    """
+
+    def __init__(self, points: Points, kernel: str) -> None:
+        covariance = correlation_matrix(points, points, kernel)
+        factor = unit_cholesky(covariance, f"the covariance with kernel {kernel!r}")
+        self.latent = len(points)
+        self.factor = np.ascontiguousarray(factor.T, dtype=np.float32)
+        self.note = f"dense Cholesky of {len(points)} points"
+
+    def apply(self, noise: NDArray[np.float32]) -> NDArray[np.float32]:
+        return product(noise, self.factor)
+
+
+class LowRankField(PatchField):
+    """Truncated Karhunen-Loeve expansion, its span found by a pivoted Cholesky factorisation.
+
+    The pivot with the largest residual variance comes next, until that variance is below ``tolerance``: a
+    certificate for every point. The rows are then scaled to unit variance.
+
+    Parameters
+    ----------
+    points : (n, d) float
+        Divided by the correlation length.
+    kernel : str
+    tolerance : float
+        Largest variance that may be missing at a point before the scaling.
+    max_rank : int
+
+    Raises
+    ------
+    DeviationError
+        ``max_rank`` does not reach the tolerance.
+
+    References
+    ----------
+    Harbrecht, Peters, Schneider: On the low-rank approximation by the pivoted Cholesky decomposition, Appl.
+    Numer. Math. 62 (2012), doi:10.1016/j.apnum.2011.10.001.
+    """
+
+    def __init__(self, points: Points, kernel: str, *, tolerance: float = 1e-4, max_rank: int = 1500) -> None:
+        scaled = np.ascontiguousarray(points, dtype=np.float64)
+        factor, defect = _pivoted_cholesky(scaled, kernel_code(kernel), tolerance, min(max_rank, len(scaled)))
+        if defect > tolerance:
+            raise DeviationError(
+                f"{len(factor)} Karhunen-Loeve terms leave a variance defect of {defect:.3g}, more than "
+                f"{tolerance:.3g}; use method='two_level' or 'vecchia'"
+            )
+        factor /= np.linalg.norm(factor, axis=0, keepdims=True)
+        self.latent = len(factor)
+        self.factor = np.ascontiguousarray(factor, dtype=np.float32)
+        self.defect = defect
+        self.note = (
+            f"Karhunen-Loeve with {self.latent} terms for {len(scaled)} points, variance defect {defect:.2g}"
+        )
+
+    def apply(self, noise: NDArray[np.float32]) -> NDArray[np.float32]:
+        return product(noise, self.factor)
+
+
+@njit(cache=True, nogil=True)
+def _first_largest(values: Any) -> int:
+    """Index of the largest value; of nearly equal ones the first, so that rounding does not choose."""
+    limit = values.max() * (1.0 - 1e-9)
+    for i in range(values.size):
+        if values[i] >= limit:
+            return i
+    return 0
+
+
+@njit(cache=True, fastmath=True, nogil=True)
+def _pivoted_cholesky(points: Any, code: int, tolerance: float, max_rank: int) -> Any:
+    """Rows (k, n) of the pivoted Cholesky factor, and the largest residual variance."""
+    n = points.shape[0]
+    residual = np.ones(n)
+    rows = np.zeros((max_rank, n))
+    rank = 0
+    while rank < max_rank:
+        pivot = _first_largest(residual)
+        if residual[pivot] <= tolerance:
+            break
+        row = rows[rank]
+        for j in range(n):
+            row[j] = correlation_of(squared_distance(points, pivot, points, j), code)
+        for k in range(rank):
+            factor = rows[k, pivot]
+            for j in range(n):
+                row[j] -= factor * rows[k, j]
+        inverse = 1.0 / math.sqrt(residual[pivot])
+        for j in range(n):
+            row[j] *= inverse
+            residual[j] -= row[j] * row[j]
+        residual[pivot] = 0.0
+        rank += 1
+    return rows[:rank].copy(), residual.max()

@@ -1,0 +1,196 @@
+"""Correlated Gaussian fields: the multi-Gaussian random deviations of a surface."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from cadskin._arrays import frozen
+from cadskin.deviation._linear import LinearSampler
+from cadskin.deviation._parameters import positive
+from cadskin.deviation._patches import PatchPoints, patch_points
+from cadskin.deviation._routes import METHODS, METRICS, make_field
+from cadskin.deviation.base import MM, DeviationModel, register
+from cadskin.deviation.kernels import correlation, kernel_code
+from cadskin.errors import CadskinWarning, DeviationError
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from cadskin._typing import Bools, Floats, Ints
+    from cadskin.deviation._patch_fields import PatchField
+    from cadskin.deviation.base import Sampler
+    from cadskin.shape import Feature, NominalModel
+
+__all__ = ["GaussianField"]
+
+
+@register
+@dataclass(frozen=True, eq=False, repr=False)
+class GaussianField(DeviationModel):
+    """A Gaussian random field with a standard deviation and a correlation length in mm.
+
+    The field lives on smooth patches: it is continuous over tangent edges (a fillet and its neighbours),
+    and independent across sharp edges and through walls.
+
+    Parameters
+    ----------
+    sigma : float, (n_c,) float or callable
+        Standard deviation [mm], > 0. An array gives it per feature sample; a callable gets the sample points
+        (n_c, 3) [mm] and returns it per sample.
+    length : float
+        Correlation length l [mm], > 0, in the convention of `cadskin.deviation.kernels`: the squared
+        exponential is exp(-d²/(2 l²)), the Matern kernels are functions of sqrt(2 nu) d / l.
+    kernel : str
+        ``squared_exponential`` (smooth), ``matern52``, ``matern32``, ``whittle``, ``exponential`` (rough).
+    metric : str
+        ``euclidean``: d is the distance in space (on a plane there is no other). ``geodesic`` is refused on
+        curved patches, see Raises.
+    method : str
+        ``auto``, or one route: ``dense``, ``karhunen_loeve``, ``two_level``, ``vecchia``.
+
+    Raises
+    ------
+    DeviationError
+        A parameter without meaning, or a covariance that is not positive definite: the squared exponential
+        over geodesic distance is none on a curved surface.
+
+    Warns
+    -----
+    CadskinWarning
+        The length is more than 100 times the part (the field acts as a shift), or the mesh has fewer than
+        four vertices per correlation length.
+
+    Examples
+    --------
+    >>> GaussianField(sigma=0.01, length=15)
+    GaussianField(sigma=0.01 mm, length=15 mm)
+    """
+
+    name: ClassVar[str] = "field"
+    sigma: Any = field(metadata=MM)
+    length: float = field(metadata=MM)
+    kernel: str = "squared_exponential"
+    metric: str = "auto"
+    method: str = "auto"
+
+    def __post_init__(self) -> None:
+        """Check the parameters."""
+        object.__setattr__(self, "sigma", _checked_sigma(self.sigma, self))
+        object.__setattr__(self, "length", positive(self.length, "length", "mm", self))
+        kernel_code(self.kernel)
+        for value, known, what in ((self.metric, METRICS, "metric"), (self.method, METHODS, "method")):
+            if value not in known:
+                raise DeviationError(
+                    f"GaussianField: {what} must be one of {', '.join(known)}, got {value!r}"
+                )
+
+    def prepare(self, nominal: NominalModel, features: Sequence[Feature] | None = None) -> Sampler:
+        """Choose a route for each smooth patch and set it up."""
+        patches = patch_points(nominal, features)
+        _warn_of_scale(self, nominal, patches)
+        fields = [make_field(patch, self.length, self.kernel, self.metric, self.method) for patch in patches]
+        scale = _sigma_of_samples(self.sigma, nominal)
+        return _PatchwiseSampler(patches, fields, scale)
+
+    def parameters(self) -> dict[str, Any]:
+        """Return the parameters; a callable ``sigma`` cannot be written to a file."""
+        if callable(self.sigma):
+            raise DeviationError(
+                "GaussianField: sigma is a Python function and cannot be written; give an array"
+            )
+        return super().parameters()
+
+    def __str__(self) -> str:
+        if not callable(self.sigma):
+            return super().__str__()
+        called = getattr(self.sigma, "__name__", "function")
+        rest = str(GaussianField(1.0, self.length, self.kernel, self.metric, self.method))
+        return rest.replace("sigma=1 mm", f"sigma={called}(points)")
+
+    __repr__ = __str__
+
+
+class _PatchwiseSampler(LinearSampler):
+    """Independent unit fields on the patches, spread to the samples."""
+
+    def __init__(
+        self, patches: Sequence[PatchPoints], unit_fields: Sequence[PatchField], scale: Floats
+    ) -> None:
+        starts = np.concatenate([[0], np.cumsum([len(patch.points) for patch in patches])]).astype(int)
+        latents = np.concatenate([[0], np.cumsum([unit.latent for unit in unit_fields])]).astype(int)
+        node_of_sample, used = _positions(patches, starts, len(scale))
+        super().__init__(node_of_sample, np.where(used, scale, 0.0), int(latents[-1]))
+        self.fields = tuple(unit_fields)
+        self.nodes_of = [slice(a, b) for a, b in pairwise(starts)]
+        self.latent_of = [slice(a, b) for a, b in pairwise(latents)]
+        self.n_nodes = int(starts[-1])
+        self.notes = tuple(unit.note for unit in unit_fields)
+
+    def nodes(self, noise: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Sample every patch from its own part of the noise."""
+        if len(self.fields) == 1:
+            return self.fields[0].apply(noise)
+        out = np.zeros((len(noise), self.n_nodes), dtype=np.float32)
+        for unit, nodes, latent in zip(self.fields, self.nodes_of, self.latent_of, strict=True):
+            out[:, nodes] = unit.apply(noise[:, latent])
+        return out
+
+
+def _positions(patches: Sequence[PatchPoints], starts: Ints, n_samples: int) -> tuple[Ints, Bools]:
+    """Column of each sample among the concatenated patch points, and which samples are on a patch at all."""
+    position = np.zeros(n_samples, dtype=np.int64)
+    used = np.zeros(n_samples, dtype=bool)
+    for patch, start in zip(patches, starts[:-1], strict=True):
+        position[patch.samples] = start + patch.point_of_sample
+        used[patch.samples] = True
+    return position, used
+
+
+def _checked_sigma(sigma: Any, owner: object) -> Any:
+    if callable(sigma):
+        return sigma
+    if np.ndim(sigma) == 0:
+        return positive(sigma, "sigma", "mm", owner)
+    values = frozen(sigma, shape=(None,), name="GaussianField: sigma")
+    if (values < 0).any() or not (values > 0).any():
+        raise DeviationError("GaussianField: sigma must be 0 or more everywhere and more than 0 somewhere")
+    return values
+
+
+def _sigma_of_samples(sigma: float | Floats | Callable[..., Any], nominal: NominalModel) -> Floats:
+    if callable(sigma):
+        points = nominal.surface.points[nominal.samples.vertex_ids]
+        return _sigma_of_samples(_checked_sigma(np.asarray(sigma(points), dtype=np.float64), None), nominal)
+    values = np.asarray(sigma, dtype=np.float64)
+    if values.ndim and len(values) != nominal.n_samples:
+        raise DeviationError(
+            f"GaussianField: sigma has {len(values)} values, the part has {nominal.n_samples} feature samples"
+        )
+    return np.broadcast_to(values, (nominal.n_samples,))
+
+
+def _warn_of_scale(model: GaussianField, nominal: NominalModel, patches: Sequence[PatchPoints]) -> None:
+    diagonal = nominal.surface.diagonal
+    if model.length > 100 * diagonal > 0:
+        warnings.warn(
+            f"{model}: the length is more than 100 times the part ({diagonal:.6g} mm): "
+            "the field acts as a shift of every patch",
+            CadskinWarning,
+            stacklevel=3,
+        )
+    edge = max((patch.edge_length for patch in patches), default=0.0)
+    if edge > model.length / 3:
+        kept = 0.5 * (1.0 + float(correlation(np.array(edge), model.length, model.kernel)))
+        warnings.warn(
+            f"{model}: the mesh has fewer than four vertices per correlation length (median edge {edge:.3g} "
+            f"mm); midway between vertices only {kept:.0%} of the variance is left; "
+            f"use edge_length={model.length / 4:.3g} or a larger length",
+            CadskinWarning,
+            stacklevel=3,
+        )
