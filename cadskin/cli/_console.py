@@ -61,26 +61,14 @@ def print_table(
 
 
 @contextmanager
-def status(text: str) -> Iterator[Callable[[str], None]]:
-    """Show what is going on while the block runs; yields a function that changes the text.
-
-    A terminal sees a spinner, a log one line per text.
-    """
+def status(text: str) -> Iterator[None]:
+    """Show what is going on while the block runs; only a terminal sees it."""
     console = _console(stderr=True)
     if console.is_terminal:
-        with console.status(text) as spinner:
-            yield spinner.update
-        return
-    seen = text
-    note(text)
-
-    def update(new: str) -> None:
-        nonlocal seen
-        if new != seen:
-            note(new)
-            seen = new
-
-    yield update
+        with console.status(text):
+            yield
+    else:
+        yield
 
 
 @contextmanager

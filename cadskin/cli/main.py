@@ -25,6 +25,9 @@ __all__ = ["COMMANDS", "main"]
 
 # Command -> module that holds its function ``command``; loaded only when it is asked for.
 COMMANDS = {
+    "info": "cadskin.cli.info",
+    "faces": "cadskin.cli.faces",
+    "mesh": "cadskin.cli.mesh",
     "doctor": "cadskin.cli.doctor",
 }
 
