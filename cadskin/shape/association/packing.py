@@ -1,0 +1,192 @@
+"""Pack solved associations into results with their certificates."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from cadskin.shape.association import _kernels as kernels
+from cadskin.shape.association.bounds import enclosing_line_bound, hull_width, slab_margin, widest_weights
+from cadskin.shape.association.pose import Pose
+from cadskin.shape.association.result import Association, Certificate, Circle, Criterion, Kind, Line
+from cadskin.shape.ideal import Cone, Cylinder, Plane, Sphere, Torus
+
+if TYPE_CHECKING:
+    from cadskin._typing import Points
+    from cadskin.shape.association.minimax import Minimax, Mode
+    from cadskin.shape.association.models import SurfaceModel
+    from cadskin.shape.association.result import AssociatedFeature
+
+__all__ = ["pack", "pack_squares", "slab_certificate"]
+
+_EPS = float(np.finfo(np.float64).eps)
+
+
+def pack_squares(
+    model: SurfaceModel, base: Points, kind: Kind, pose: Pose, columns: list[int]
+) -> Association:
+    """Return the result of a least-squares fit over ``columns``."""
+    values = model.distances(pose)
+    square, right, total = kernels.normal_equations(
+        model.points, model.kind, pose.origin, pose.axes, pose.shape
+    )
+    length = max(model.length(pose), _EPS)
+    unit = np.array([1, 1, 1, 1 / length, 1 / length, 1 / length, 1, 1.0])
+    # The step that would still be taken, in mm.
+    left = float(np.abs(right * unit)[columns].max(initial=0.0)) / len(model)
+    none = np.zeros(0, dtype=np.int64)
+    return Association(
+        kind=kind,
+        criterion="least squares",
+        feature=_feature(kind, pose, base, 0.0),
+        value=float(np.sqrt(total / len(model))),
+        residuals=values,
+        active=none,
+        sides=none,
+        multipliers=np.zeros(0),
+        certificate=Certificate(
+            holds=left <= 1e-12 * length,
+            scope="global" if kind in ("plane", "line", "profile line") else "local",
+            kkt=left,
+            violation=0.0,
+            bound=None,
+            reason="the gradient of the squared distances vanishes",
+        ),
+        unique=bool(np.linalg.cond(square[np.ix_(columns, columns)]) < 1e14) if columns else True,
+        pose=_in_world(pose, base),
+    )
+
+
+def pack(
+    found: Minimax,
+    model: SurfaceModel,
+    base: Points,
+    kind: Kind,
+    criterion: Criterion,
+    mode: Mode,
+    *,
+    exact: bool,
+) -> Association:
+    """Return the result of a minimax association; ``base`` was subtracted from the points."""
+    value, middle = found.value, 0.0
+    if mode == "zone":
+        middle = 0.5 * float(found.distances.max() + found.distances.min())
+    elif mode == "upper":
+        middle = value
+    else:
+        value = -value
+        middle = value
+    if kind == "line":
+        value, middle = 2.0 * value, 0.0
+    scope, bound, reason = (
+        ("global", value, "the points are on one ideal feature to rounding")
+        if exact
+        else _scope(found, model, kind, mode, value)
+    )
+    return Association(
+        kind=kind,
+        criterion=criterion,
+        feature=_feature(kind, found.pose, base, middle),
+        value=value,
+        residuals=found.distances - middle,
+        active=found.active,
+        sides=found.sides,
+        multipliers=found.multipliers,
+        certificate=Certificate(
+            holds=found.certified,
+            scope=scope,
+            kkt=found.kkt,
+            violation=found.violation,
+            bound=bound,
+            reason=reason,
+        ),
+        unique=found.unique,
+        pose=_in_world(found.pose, base),
+    )
+
+
+def slab_certificate(points: Points, found: Minimax, *, within: Points | None = None) -> float:
+    """Return the margin of `slab_margin` for the contacts of a slab [mm]."""
+    upper, lower = points[found.active[found.sides > 0]], points[found.active[found.sides < 0]]
+    if not (len(upper) and len(lower)):
+        return 0.0
+    return slab_margin(upper, lower, found.pose.axis, within=within)
+
+
+def tied_line_bound(model: SurfaceModel, found: Minimax) -> float:
+    """Return the dual bound of all tied points, weighted to lie far apart along the axis [mm]."""
+    tied = np.flatnonzero(found.distances >= found.distances.max() - 1e-11 * _diagonal(model.points))
+    if len(tied) > 2000:
+        return 0.0
+    tied_model = model.take(tied)
+    length = max(model.length(found.pose), _EPS)
+    _, jacobian = tied_model.rows(found.pose)
+    weights = widest_weights(
+        jacobian[:, [0, 1, 3, 4]] / np.array([1, 1, length, length]),
+        found.pose.local(tied_model.points)[:, 2],
+    )
+    return 0.0 if weights is None else enclosing_line_bound(tied_model.points, weights)
+
+
+def _scope(
+    found: Minimax, model: SurfaceModel, kind: Kind, mode: Mode, value: float
+) -> tuple[Literal["global", "local"], float | None, str]:
+    """Return scope, bound and reason of a certificate."""
+    points = model.points
+    if kind in ("plane", "profile line"):
+        within = found.pose.axes[:, 0] if kind == "profile line" else None
+        margin = slab_certificate(points, found, within=within)
+        if margin >= value:
+            return (
+                "global",
+                value,
+                f"a tilted slab widens: margin {margin:.6g} mm of the contacts >= the width",
+            )
+        hull = hull_width(points) if kind == "plane" else None
+        if hull is not None and value <= hull[0] * (1 + 1e-9) + 1e-12:
+            return "global", hull[0], "the width of the convex hull"
+        return "local", None if hull is None else hull[0], "Kuhn-Tucker conditions"
+    if mode == "upper" and kind in ("circle", "sphere"):
+        return "global", value, "the problem is convex"
+    if mode == "upper" and len(found.active):
+        diameter = 2.0 if kind == "line" else 1.0
+        close = value - 1e-12 * max(_diagonal(points), value)
+        bound = diameter * enclosing_line_bound(points[found.active], found.multipliers)
+        if bound < close:
+            bound = max(bound, diameter * tied_line_bound(model, found))
+        if bound >= close:
+            return "global", bound, "dual bound trace(M) - lambda_max(M) of the weighted contacts"
+        return "local", bound, "Kuhn-Tucker conditions; the dual bound leaves a gap"
+    return "local", None, "Kuhn-Tucker conditions"
+
+
+def _diagonal(points: Points) -> float:
+    """Return the diagonal of the bounding box [mm]."""
+    return float(np.linalg.norm(np.ptp(points, axis=0)))
+
+
+def _feature(kind: Kind, pose: Pose, base: Points, middle: float) -> AssociatedFeature:
+    """Return the ideal feature at offset ``middle`` from the surface of the pose."""
+    origin, axis, (s0, s1) = pose.origin + base, pose.axis, pose.shape
+    if kind == "plane" or kind == "profile line":
+        normal_offset = (s0 + middle) * axis
+        if kind == "plane":
+            return Plane(origin + normal_offset, axis)
+        return Line(origin + normal_offset, np.ascontiguousarray(pose.axes[:, 1]))
+    if kind == "line":
+        return Line(origin, axis)
+    if kind == "circle":
+        return Circle(origin, axis, float(s0 + middle))
+    if kind == "cylinder":
+        return Cylinder(origin, axis, float(s0 + middle))
+    if kind == "sphere":
+        return Sphere(origin, float(s0 + middle))
+    if kind == "torus":
+        return Torus(origin, axis, float(s1), float(s0 + middle))
+    radius = s0 + middle / np.cos(s1)
+    return Cone(origin - axis * radius / np.tan(s1), axis, float(s1))
+
+
+def _in_world(pose: Pose, base: Points) -> Pose:
+    return Pose(pose.origin + base, pose.axes, pose.shape)
