@@ -36,24 +36,24 @@ Colormap: TypeAlias = "str | ArrayLike"
 # Control points (position, lightness, chroma, hue in degrees) in OKLCh.
 _CONTROLS: dict[str, tuple[tuple[float, float, float, float], ...]] = {
     "blue-red": (
-        (0.00, 0.36, 0.130, 262.0),
-        (0.22, 0.56, 0.135, 252.0),
+        (0.00, 0.42, 0.150, 260.0),
+        (0.22, 0.60, 0.135, 250.0),
         (0.40, 0.80, 0.070, 240.0),
         (0.50, 0.945, 0.006, 240.0),
         (0.50, 0.945, 0.006, 60.0),
         (0.60, 0.80, 0.085, 50.0),
-        (0.78, 0.56, 0.160, 33.0),
-        (1.00, 0.36, 0.130, 22.0),
+        (0.78, 0.60, 0.160, 36.0),
+        (1.00, 0.42, 0.155, 24.0),
     ),
     "green-purple": (
-        (0.00, 0.36, 0.085, 165.0),
-        (0.22, 0.56, 0.100, 165.0),
+        (0.00, 0.42, 0.090, 165.0),
+        (0.22, 0.60, 0.105, 165.0),
         (0.40, 0.80, 0.065, 165.0),
         (0.50, 0.945, 0.006, 165.0),
         (0.50, 0.945, 0.006, 315.0),
         (0.60, 0.80, 0.080, 315.0),
-        (0.78, 0.56, 0.150, 310.0),
-        (1.00, 0.36, 0.140, 305.0),
+        (0.78, 0.60, 0.150, 310.0),
+        (1.00, 0.42, 0.160, 305.0),
     ),
     "dark-light": (
         (0.00, 0.25, 0.090, 285.0),
@@ -170,7 +170,7 @@ def feature_colours(count: int) -> Floats:
     """Return ``count`` soft sRGB colours (count, 3), neighbours far apart in hue."""
     index = np.arange(count)
     hue = 2 * np.pi * ((0.66 + index * 0.6180339887498949) % 1.0)  # golden-ratio steps never repeat
-    lightness = np.array([0.80, 0.70, 0.86])[index % 3]
-    chroma = np.array([0.085, 0.105, 0.070])[index % 3]
+    lightness = np.array([0.80, 0.75, 0.87])[index % 3]
+    chroma = np.array([0.085, 0.095, 0.065])[index % 3]
     lab = np.stack([lightness, chroma * np.cos(hue), chroma * np.sin(hue)], axis=1)
     return _oklab_to_srgb(lab)

@@ -1,0 +1,168 @@
+"""From a shape to what is drawn: moved points, colours per wedge, edge lines."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cadskin._typing import Floats, Ints, Points, Triangles, Vectors
+from cadskin.export.colours import colormap_table, feature_colours
+from cadskin.export.content import Content
+from cadskin.export.wedges import Wedges, wedge_normals, wedges_of
+from cadskin.view.raster import EDGE_SHARP, EDGE_SMOOTH
+
+__all__ = ["Scene", "automatic_exaggeration", "scene_of"]
+
+_SHARP_ANGLE = np.deg2rad(12.0)
+_GREATEST_SHIFT = 0.02  # of the diagonal of the part
+_GREATEST_SLOPE = 0.30  # of the drawn surface against the ideal one
+_GREATEST_CURL = 0.30  # of the smallest radius of curvature
+_STEPS = np.array([1.0, 2.0, 5.0])
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """What a renderer needs; the arrays are those of `cadskin.export.wedges.Wedges`.
+
+    Parameters
+    ----------
+    points : (n, 3) float
+        Drawn vertices [mm], displacement exaggerated.
+    triangles : (m, 3) int
+    rows : (m, 3) int
+        Wedge of each corner.
+    normals : (r, 3) float
+    place : (r,) float
+        Position in the colour table, 0 to 1.
+    table : (k, 3) float
+        sRGB in 0..1.
+    edges : (e, 2) int
+        Lines between vertices.
+    edge_codes : (e,) int
+        ``EDGE_SHARP`` or ``EDGE_SMOOTH``.
+    labels : (m,) int
+        Feature, or B-rep face, of each triangle.
+    """
+
+    points: Points
+    triangles: Triangles
+    rows: Triangles
+    normals: Vectors
+    place: Floats
+    table: Floats
+    edges: Ints
+    edge_codes: Ints
+    labels: Ints
+
+
+def scene_of(
+    content: Content,
+    *,
+    exaggeration: float = 1.0,
+    low: float = 0.0,
+    high: float = 1.0,
+    table: Floats | None = None,
+) -> Scene:
+    """Return the scene of a shape.
+
+    Parameters
+    ----------
+    content : Content
+    exaggeration : float
+        Factor on the displacement of a skin model.
+    low, high : float
+        Deviations [mm] at the ends of the colour table; a shape without deviation has a colour per feature.
+    table : (k, 3) float
+        sRGB colours of deviations, by default those of ``blue-red``.
+    """
+    wedges = wedges_of(content)
+    points = content.points
+    table = colormap_table() if table is None else table
+    if content.nominal is not None and wedges.deviation is not None:
+        ideal = content.nominal.surface.points
+        points = ideal + exaggeration * (content.points - ideal)
+    if wedges.deviation is not None:
+        place = (wedges.deviation - low) / (high - low)
+    else:
+        row_labels = _label_of_row(content, wedges)
+        count = int(row_labels.max(initial=0)) + 1
+        table = feature_colours(count)
+        place = row_labels / max(count - 1, 1)
+    normals = wedge_normals(content, wedges, points)
+    labels = content.surface.face_ids if content.feature_ids is None else content.feature_ids
+    edges, codes = _edge_lines(content, wedges, normals, labels)
+    return Scene(points, content.triangles, wedges.corners, normals, place, table, edges, codes, labels)
+
+
+def automatic_exaggeration(content: Content) -> float:
+    """Return a factor 1, 2, 5, 10, ... that shows the displacement and folds nothing.
+
+    The drawn shift stays below 2 % of the part's diagonal, the drawn slope between neighbours below 0.3 and
+    the shift below 0.3 of the radius of curvature (each for all but the extreme percent of places).
+    """
+    if content.nominal is None or content.deviation is None:
+        return 1.0
+    size = np.abs(content.deviation)
+    if size.max(initial=0.0) == 0.0:
+        return 1.0
+    wedges, samples = wedges_of(content), content.nominal.samples
+    sides = wedges.corners[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    ideal = content.nominal.surface.points[samples.vertex_ids]
+    length = np.linalg.norm(ideal[sides[:, 0]] - ideal[sides[:, 1]], axis=1)
+    rise = np.abs(content.deviation[sides[:, 0]] - content.deviation[sides[:, 1]])
+    slope = np.quantile(rise / np.maximum(length, 1e-12), 0.99)
+    curl = np.quantile(size * np.abs(samples.curvatures).max(axis=1), 0.99)
+    shift = np.quantile(size, 0.99) / max(content.nominal.surface.diagonal, 1e-12)
+    limits = [
+        most / value
+        for most, value in ((_GREATEST_SLOPE, slope), (_GREATEST_CURL, curl), (_GREATEST_SHIFT, shift))
+        if value > 0
+    ]
+    return _round_down(min(limits, default=1.0))
+
+
+def _round_down(value: float) -> float:
+    """Return the greatest of 1, 2, 5, 10, 20, ... that is not above ``value``, but at least 1."""
+    if value < 1.0:
+        return 1.0
+    power = 10.0 ** np.floor(np.log10(value))
+    return float(power * _STEPS[_STEPS * power <= value * (1 + 1e-9)].max(initial=1.0))
+
+
+def _label_of_row(content: Content, wedges: Wedges) -> Ints:
+    """Return the feature of each wedge, or its B-rep face where there are no features."""
+    if content.nominal is not None:
+        return content.nominal.feature_ids()
+    labels = np.zeros(len(wedges.vertex_ids), dtype=np.int64)
+    labels[wedges.corners] = content.surface.face_ids[:, None]
+    return labels
+
+
+def _edge_lines(content: Content, wedges: Wedges, normals: Vectors, labels: Ints) -> tuple[Ints, Ints]:
+    """Return the mesh edges (e, 2) between features and at open borders, and the code of each.
+
+    An edge is smooth where the normals of its two sides agree within 12 degrees at both ends.
+    """
+    triangles, rows = content.triangles, wedges.corners
+    base = np.int64(content.surface.n_points)
+    start, stop = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
+    start_row, stop_row = rows.ravel(), np.roll(rows, -1, axis=1).ravel()
+    swap = start > stop
+    keys = np.where(swap, stop * base + start, start * base + stop)
+    low_row, high_row = np.where(swap, stop_row, start_row), np.where(swap, start_row, stop_row)
+    label = np.repeat(labels, 3)
+    order = np.argsort(keys, kind="stable")
+    keys, label, low_row, high_row = keys[order], label[order], low_row[order], high_row[order]
+    paired = np.append(keys[1:] == keys[:-1], False)
+    alone = ~paired & ~np.append(False, paired[:-1])
+    first = np.flatnonzero(paired)
+    first = first[label[first] != label[first + 1]]
+    cosine = np.minimum(
+        np.einsum("ij,ij->i", normals[low_row[first]], normals[low_row[first + 1]]),
+        np.einsum("ij,ij->i", normals[high_row[first]], normals[high_row[first + 1]]),
+    )
+    codes = np.where(cosine < np.cos(_SHARP_ANGLE), EDGE_SHARP, EDGE_SMOOTH)
+    border = np.flatnonzero(alone)
+    edges = np.stack(np.divmod(np.concatenate([keys[first], keys[border]]), base), axis=1)
+    return edges, np.concatenate([codes, np.full(len(border), EDGE_SHARP)])
