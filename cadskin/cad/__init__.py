@@ -1,1 +1,61 @@
+"""The only room with a geometry kernel: CAD files and objects in, nominal models out.
 
+Names load on first use; `contained_nominals` and `contained_describe` need no kernel in this process.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+_HOMES = {
+    "CadPart": "cadskin.cad.part",
+    "PartDescription": "cadskin.cad.contained",
+    "contained_describe": "cadskin.cad.contained",
+    "contained_nominals": "cadskin.cad.contained",
+    "describe_faces": "cadskin.cad.faces",
+    "face_indices": "cadskin.cad.selectors",
+    "nominal": "cadskin.cad.discretise",
+    "nominals": "cadskin.cad.discretise",
+    "partition": "cadskin.cad.partitioning",
+    "read_parts": "cadskin.cad.documents",
+    "to_ocp": "cadskin.cad.triangulation",
+}
+
+__all__ = [
+    "CadPart",
+    "PartDescription",
+    "contained_describe",
+    "contained_nominals",
+    "describe_faces",
+    "face_indices",
+    "nominal",
+    "nominals",
+    "partition",
+    "read_parts",
+    "to_ocp",
+]
+
+if TYPE_CHECKING:
+    from cadskin.cad.contained import PartDescription, contained_describe, contained_nominals
+    from cadskin.cad.discretise import nominal, nominals
+    from cadskin.cad.documents import read_parts
+    from cadskin.cad.faces import describe_faces
+    from cadskin.cad.part import CadPart
+    from cadskin.cad.partitioning import partition
+    from cadskin.cad.selectors import face_indices
+    from cadskin.cad.triangulation import to_ocp
+
+
+def __getattr__(name: str) -> Any:
+    try:
+        home = _HOMES[name]
+    except KeyError:
+        raise AttributeError(f"module 'cadskin.cad' has no attribute {name!r}") from None
+    value = getattr(import_module(home), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *_HOMES])

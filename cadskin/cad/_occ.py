@@ -6,18 +6,28 @@ is written against names that one ``if`` can switch; callers pass and get raw ``
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from importlib.util import find_spec
 from typing import Any
 
+from OCP.BRep import BRep_Builder
+from OCP.BRepCheck import BRepCheck_Analyzer
+from OCP.Message import Message
 from OCP.TopAbs import TopAbs_ShapeEnum
 from OCP.TopExp import TopExp
-from OCP.TopoDS import TopoDS
+from OCP.TopoDS import TopoDS, TopoDS_Compound
 
 __all__ = [
     "OCP_MAJOR",
+    "compound_of",
     "edges_of",
     "faces_of",
     "index_map",
+    "is_valid",
+    "label_sequence",
+    "quiet",
+    "shells_of",
     "solids_of",
     "to_edge",
     "to_face",
@@ -80,3 +90,45 @@ def solids_of(shape: Any) -> list[Any]:
 def xyz(point: Any) -> tuple[float, float, float]:
     """Return the coordinates of a ``gp_Pnt``, ``gp_Vec`` or ``gp_Dir``."""
     return point.X(), point.Y(), point.Z()
+
+
+def shells_of(shape: Any) -> list[Any]:
+    """Return the shells of a shape, each once, in map order."""
+    return _all(shape, TopAbs_ShapeEnum.TopAbs_SHELL, to_shell)
+
+
+def label_sequence() -> Any:
+    """Return an empty sequence of document labels (1-based ``Value``)."""
+    if OCP_MAJOR >= 8:
+        from OCP.collections import Sequence_TDF_Label as LabelSequence
+    else:
+        from OCP.TDF import TDF_LabelSequence as LabelSequence
+    return LabelSequence()
+
+
+def is_valid(shape: Any) -> bool:
+    """Return what OCCT's own check says of a shape."""
+    return bool(BRepCheck_Analyzer(shape).IsValid())
+
+
+def compound_of(shapes: Iterable[Any]) -> Any:
+    """Return a compound of raw shapes."""
+    builder, compound = BRep_Builder(), TopoDS_Compound()
+    builder.MakeCompound(compound)
+    for shape in shapes:
+        builder.Add(compound, shape)
+    return compound
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Keep the kernel's messages off the terminal while the block runs."""
+    messenger = Message.DefaultMessenger_s()
+    kept = list(messenger.Printers())
+    for printer in kept:
+        messenger.RemovePrinter(printer)
+    try:
+        yield
+    finally:
+        for printer in kept:
+            messenger.AddPrinter(printer)
