@@ -63,6 +63,9 @@ class DiscreteShape:
         ):
             raise GeometryError("triangles refer to a vertex that does not exist")
 
+    def __repr__(self) -> str:
+        return f"DiscreteShape({self.n_points} points, {self.n_triangles} triangles)"
+
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (self.points, self.triangles, self.face_ids)
 

@@ -59,6 +59,9 @@ class Feature:
             self, "triangle_ids", frozen(self.triangle_ids, dtype=np.int64, name="triangle_ids")
         )
 
+    def __repr__(self) -> str:
+        return f"Feature({self.id}, {self.name!r}, {self.kind}, {self.area:.6g} mm², {self.n_points} points)"
+
     @property
     def kind(self) -> str:
         """Kind of the ideal surface."""
@@ -179,6 +182,14 @@ class NominalModel:
         starts = [feature.start for feature in self.features]
         if starts != [0, *stops[:-1]][: len(starts)] or (stops and stops[-1] != len(self.samples)):
             raise GeometryError("the samples of the features do not follow each other without a gap")
+
+    def __repr__(self) -> str:
+        size = " x ".join(f"{s:.4g}" for s in np.ptp(self.surface.points, axis=0))
+        return (
+            f"NominalModel({self.source.part or self.source.path or self.source.kind}, {size} mm, "
+            f"{len(self.faces)} faces, {len(self.features)} features, {self.surface.n_points} points, "
+            f"{self.surface.n_triangles} triangles, {'closed' if self.closed else 'open'})"
+        )
 
     @property
     def n_samples(self) -> int:

@@ -64,6 +64,9 @@ class Samples:
             value = frozen(getattr(self, key), dtype=dtype, shape=shape, name=f"samples.{key}", finite=finite)
             object.__setattr__(self, key, value)
 
+    def __repr__(self) -> str:
+        return f"Samples({len(self)} rows)"
+
     def __len__(self) -> int:
         return len(self.vertex_ids)
 
