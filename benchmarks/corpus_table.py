@@ -100,9 +100,9 @@ def markdown(rows: list[Row], divide: float) -> str:
     lines = [
         "# The corpus",
         "",
-        "Written by `make corpus`; do not edit. Every solid of every STEP file of the corpus, read and meshed",
-        f"as `cadskin mesh` does it, at edge length = diagonal / {divide:g}. Quality is 4√3 A / Σl²; 1 is an",
-        "equilateral triangle. CPU seconds include one process per solid and reading the file in each.",
+        "Written by `make corpus`; do not edit. Every solid of every STEP file of the corpus, read and",
+        f"meshed as `cadskin mesh` does it, at edge length = diagonal / {divide:g}. Quality is 4√3 A / Σl²,",
+        "1 is equilateral. CPU seconds include one process per solid and reading the file in each.",
         "",
         "| " + " | ".join(COLUMNS) + " |",
         "|---" * len(COLUMNS) + "|",

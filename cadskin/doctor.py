@@ -25,7 +25,16 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Literal
 
-__all__ = ["Finding", "broken", "examine", "explain_import_error", "kernel_wheel", "repair", "report"]
+__all__ = [
+    "Finding",
+    "broken",
+    "examine",
+    "explain_import_error",
+    "kernel_wheel",
+    "kernels_are_cached",
+    "repair",
+    "report",
+]
 
 State = Literal["ok", "note", "absent", "broken"]
 
@@ -325,14 +334,27 @@ def _import_repair() -> str:
     return kernel_wheel().repair or "pip install --upgrade --force-reinstall cadskin"
 
 
-def _kernel_cache() -> Finding:
-    """Say whether the mesher's compiled kernels are cached: else the first command compiles them."""
+def kernels_are_cached() -> bool:
+    """Say whether the mesher's compiled kernel lies in one of numba's cache folders.
+
+    After an update of cadskin it may be an old one; numba then compiles again.
+    """
     package = Path(__file__).resolve().parent
     own = os.environ.get("NUMBA_CACHE_DIR")
-    writable = os.access(package, os.W_OK)
-    folders = [Path(own)] if own else [package, Path.home() / ".cache" / "numba"]
-    cached = sum(1 for folder in folders if folder.is_dir() for _ in folder.rglob("*.nbc"))
-    if cached:
-        return Finding("compiled kernels", "ok", f"{cached} in the cache")
-    place = "beside the package" if writable and not own else "in the numba cache folder"
-    return Finding("compiled kernels", "note", f"none yet; the first command compiles them once, {place}")
+    folders = [Path(own)] if own else [package / "cad" / "meshing" / "__pycache__", _numba_home()]
+    return any(True for folder in folders for _ in folder.rglob("kernel.remesh_arrays-*.nbi"))
+
+
+def _numba_home() -> Path:
+    """Return numba's cache folder for packages that lie in a folder that cannot be written."""
+    if sys.platform == "win32":
+        return Path(os.environ.get("LOCALAPPDATA", Path.home())) / "numba"
+    if sys.platform == "darwin":
+        return Path.home() / "Library" / "Caches" / "numba"
+    return Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "numba"
+
+
+def _kernel_cache() -> Finding:
+    if kernels_are_cached():
+        return Finding("compiled kernels", "ok", "in numba's cache")
+    return Finding("compiled kernels", "note", "none yet; the first command compiles them once")

@@ -76,7 +76,8 @@ def progress_bar(text: str) -> Iterator[Callable[[int, int], None]]:
     """Show a bar on a terminal while the block runs; yields the ``progress`` function of the library."""
     from rich.progress import Progress
 
-    with Progress(console=_console(stderr=True), transient=True) as bar:
+    console = _console(stderr=True)
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task(text, total=None)
 
         def progress(done: int, total: int) -> None:

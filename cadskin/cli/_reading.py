@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cadskin.cli._console import progress_bar, status
+from cadskin.cli._console import note, progress_bar, status
 from cadskin.cli._options import positive, table_of_lengths
 from cadskin.errors import GeometryError
 
@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from cadskin.shape import NominalModel
 
 __all__ = ["describe", "discretise"]
+
+NO_LIMIT = 2**31 - 1  # triangles
 
 
 def describe(path: Path, *, time_limit: float) -> FileDescription:
@@ -44,6 +46,8 @@ def discretise(
         Options that contradict each other or have no meaning.
     """
     from cadskin.cad import contained_nominals
+    from cadskin.cad.filekind import cad_file
+    from cadskin.doctor import kernels_are_cached
 
     if edge_length is not None and points is not None:
         raise GeometryError("--edge-length and --points exclude each other: give one of them")
@@ -59,7 +63,10 @@ def discretise(
     if part is not None:
         options["part"] = part
     if force:
-        options["max_triangles"] = None
+        options["max_triangles"] = NO_LIMIT
+    cad_file(path)
+    if not kernels_are_cached():
+        note("compiling the meshing kernels (once, some 20 s)")
     with progress_bar(f"meshing {path.name}") as progress:
         return contained_nominals(path, options, time_limit=_limit(time_limit), progress=progress)
 

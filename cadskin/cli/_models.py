@@ -1,0 +1,75 @@
+"""Deviation models and seeds from words of the command line."""
+
+from __future__ import annotations
+
+import hashlib
+import secrets
+from typing import TYPE_CHECKING, Any
+
+from cadskin.errors import DeviationError
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from cadskin.deviation import DeviationModel
+
+__all__ = ["deviation_model", "fresh_seed", "seed_of_part"]
+
+
+def deviation_model(text: str, **defaults: float) -> DeviationModel:
+    """Return the model that ``text`` describes: ``NAME`` or ``NAME:key=value,key=value``.
+
+    Parameters
+    ----------
+    text : str
+        ``field``, ``white``, ``field:length=12,kernel=matern32``, ...
+    **defaults
+        Parameters that the model takes unless ``text`` has them; those it does not know are left out.
+
+    Raises
+    ------
+    DeviationError
+        Unknown name or parameter, or a value without meaning.
+
+    Examples
+    --------
+    >>> deviation_model("field:length=12", sigma=0.01, length=3.0)
+    GaussianField(sigma=0.01 mm, length=12 mm)
+    """
+    from dataclasses import fields
+
+    from cadskin.deviation import from_dict, model_class
+
+    name, _, rest = text.partition(":")
+    known = {item.name for item in fields(model_class(name))}  # type: ignore[arg-type]
+    given = dict(_pair(word, text) for word in rest.split(",") if word.strip())
+    return from_dict({name: {key: value for key, value in defaults.items() if key in known} | given})
+
+
+def _pair(word: str, text: str) -> tuple[str, Any]:
+    key, separator, value = (part.strip() for part in word.partition("="))
+    if not separator or not key or not value:
+        raise DeviationError(f"--model takes NAME:key=value,key=value, got {text!r}")
+    try:
+        return key, float(value)
+    except ValueError:
+        return key, value
+
+
+def fresh_seed() -> int:
+    """Return a seed that nobody chose, short enough to be typed again."""
+    return secrets.randbelow(2**32)
+
+
+def seed_of_part(seed: int, part: str) -> np.random.SeedSequence:
+    """Return the seed of one part: it depends on the part's name, not on what else is made.
+
+    Examples
+    --------
+    >>> seed_of_part(7, "pin").entropy == seed_of_part(7, "pin").entropy != seed_of_part(7, "nut").entropy
+    True
+    """
+    from numpy.random import SeedSequence
+
+    digest = hashlib.sha256(part.encode()).digest()
+    return SeedSequence([seed, *(int.from_bytes(digest[i : i + 4], "little") for i in (0, 4, 8, 12))])
