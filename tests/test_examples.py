@@ -1,0 +1,62 @@
+"""Every example runs in a process of its own and returns the number that its docstring promises."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+FOLDER = Path(__file__).resolve().parent.parent / "examples"
+
+# Script -> (lowest, highest) value of main(), and why.
+NUMBERS = {
+    "00_quickstart": (0.8, 1.2),  # root mean square over sigma: one sample of some 60 independent patches
+    "01_cadquery_plate": (0.05 - 1e-6, 0.05 + 1e-6),  # the paraboloid's height, mm
+    "02_build123d_bracket": (0.98, 1.02),  # Steiner: volume over area times offset
+    "03_step_to_skin": (0.25, 1.0),  # greatest deviation over half the tolerance: used, never exceeded
+}
+RUN = """
+import runpy, sys
+space = runpy.run_path(sys.argv[1])
+print("@", space["main"]())
+"""
+
+
+def scripts() -> list[Path]:
+    return sorted(FOLDER.glob("[0-9][0-9]_*.py"))
+
+
+def test_every_example_has_its_number():
+    assert {script.stem for script in scripts()} == set(NUMBERS)
+
+
+@pytest.mark.parametrize("script", scripts(), ids=lambda script: script.stem)
+def test_example_returns_its_number(script, tmp_path):
+    command = [sys.executable, "-W", "error::cadskin.CadskinWarning", "-c", RUN, str(script)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300, cwd=tmp_path, check=False)
+    assert done.returncode == 0, done.stderr
+    value = float(done.stdout.rsplit("@", 1)[1])
+    low, high = NUMBERS[script.stem]
+    assert low <= value <= high
+    assert list(tmp_path.iterdir()) == [], "main() writes no files; that is for __main__"
+
+
+@pytest.mark.parametrize("script", scripts(), ids=lambda script: script.stem)
+def test_example_is_short(script):
+    assert len(script.read_text().splitlines()) < 60
+
+
+def test_example_parts_are_what_their_script_makes():
+    """Make the parts again in memory; the files that ship have the same volumes."""
+    import runpy
+
+    import cadquery as cq
+
+    made = runpy.run_path(str(FOLDER / "parts" / "make_parts.py"))
+    for name in ("bracket", "plate", "flange"):
+        shipped = cq.importers.importStep(str(FOLDER / "parts" / f"{name}.step")).val()
+        assert shipped.Volume() == pytest.approx(made[name]().val().Volume(), rel=1e-9), name
+    hinge = cq.importers.importStep(str(FOLDER / "parts" / "hinge.step")).val()
+    assert hinge.Volume() == pytest.approx(made["hinge"]().toCompound().Volume(), rel=1e-9)
