@@ -12,7 +12,7 @@ import numpy as np
 from cadskin._typing import Floats, Progress
 from cadskin.cad.meshing.build import Part, build, read_part
 from cadskin.cad.meshing.check import MeshReport, check_mesh
-from cadskin.cad.meshing.exact import box_diagonal, face_properties
+from cadskin.cad.meshing.exact import box_diagonal
 from cadskin.cad.meshing.result import LabelledMesh
 from cadskin.cad.meshing.wedges import face_wedges
 from cadskin.errors import GeometryError, MeshingError
@@ -21,8 +21,6 @@ __all__ = ["mesh_shape"]
 
 Backend = Literal["cadskin", "gmsh", "pymeshlab"]
 TRIANGLE = math.sqrt(3.0) / 4.0  # area of the equilateral triangle of side 1
-CURVED = 0.63  # edge length over radius: 36 degrees per edge
-FINEST = 1.0 / 8.0  # of the wanted edge length, on small radii
 CLOSE_ENOUGH = 0.1  # of the wanted number of points
 
 
@@ -89,7 +87,7 @@ def mesh_shape(
         raise GeometryError("the shape has no faces or no extent: there is nothing to mesh")
     edge_length = _edge_length(edge_length, n_points, diagonal)
     faces_too = _face_lengths(face_edge_lengths, diagonal)
-    part = read_part(shape, face_properties_of(shape))
+    part = read_part(shape)
     if not part.surfaces:
         raise GeometryError("the shape has no faces: there is nothing to mesh")
     unknown = sorted(set(faces_too) - set(range(len(part.surfaces))))
@@ -109,13 +107,6 @@ def mesh_shape(
         mesh = _mesh_with_points(make, float(part.areas.sum()), n_points, diagonal)
     _refuse_open(mesh, part, allow_open)
     return mesh
-
-
-def face_properties_of(shape: Any) -> Floats:
-    """Return the exact areas [mm²] of the faces of a shape, in map order."""
-    from cadskin.cad._occ import faces_of
-
-    return face_properties(faces_of(shape))[0]
 
 
 def _positive(length: float, name: str, diagonal: float) -> float:
@@ -146,14 +137,9 @@ def _face_lengths(lengths: Mapping[int, float] | None, diagonal: float) -> dict[
 
 
 def _lengths_of_faces(part: Part, edge_length: float, special: Mapping[int, float]) -> Floats:
-    """Wanted edge length per face; small radii want 36 degrees per edge, down to an eighth of the length."""
     lengths = np.full(len(part.surfaces), edge_length)
     for face, length in special.items():
         lengths[face] = length
-    for face, surface in enumerate(part.surfaces):
-        if surface.kind in ("cylinder", "sphere", "torus"):
-            wanted = CURVED * surface.parameters[-1]
-            lengths[face] = min(lengths[face], max(wanted, FINEST * lengths[face]))
     return lengths
 
 
@@ -219,6 +205,11 @@ def _notes_of(part: Part, meshes: Any, found: MeshReport) -> list[str]:
     notes += [f"face {face}: bounds no material, left out" for face in sorted(part.topology.skipped)]
     if part.topology.ignored_edges:
         notes.append(f"{part.topology.ignored_edges} edges inside faces bound nothing and were left out")
+    notes += [
+        f"face {mesh.index}: some triangles turn away from the surface normal"
+        for mesh in meshes
+        if mesh.folded_edges
+    ]
     for mesh in meshes:
         exact = float(part.areas[mesh.index])
         if exact > 0 and abs(mesh.area / exact - 1.0) > 0.02:

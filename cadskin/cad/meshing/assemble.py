@@ -41,7 +41,7 @@ def assemble(
     vertices: Points,
     meshes: Sequence[FaceMesh],
 ) -> Assembly:
-    """Number all nodes alike, turn reversed faces, drop triangles that a pole has made into segments."""
+    """Weld face meshes: turn reversed faces, drop triangles that a pole has made into segments."""
     inner = [sample.points[1:-1] for sample in samples]
     sizes = [0 if c.degenerate else len(p) for c, p in zip(curves, inner, strict=True)]
     offset = len(vertices) + np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)

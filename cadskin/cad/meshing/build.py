@@ -14,8 +14,10 @@ import numpy as np
 from cadskin._progress import report
 from cadskin._typing import Floats, Progress
 from cadskin.cad.meshing.assemble import Assembly, assemble
+from cadskin.cad.meshing.check import mesh_volume
 from cadskin.cad.meshing.domain import FaceProblem, face_domain
 from cadskin.cad.meshing.edges import EdgeCurve, EdgeSamples, read_edge, sample_edge, segments_for
+from cadskin.cad.meshing.exact import box_diagonal, face_properties, shape_volume
 from cadskin.cad.meshing.face import FaceMesh, mesh_face
 from cadskin.cad.meshing.fallback import fill_from_boundary
 from cadskin.cad.meshing.repair import crowded_chords, split_chords
@@ -27,8 +29,14 @@ __all__ = ["Part", "build", "read_part"]
 
 MAX_REFINEMENTS = 3  # of the edges of a face that folds or crosses itself
 MAX_RESIZES = 3  # of a face whose area is off
-AREA_TOLERANCE = 0.015
-MAX_SMALLEST = 1.0 / 16.0  # of the wanted edge length: how far a face may be refined to hold its area
+MAX_VOLUME_ROUNDS = 2
+AREA_TOLERANCE = 0.015  # of a face, at edge lengths up to a hundredth of the diagonal
+VOLUME_TOLERANCE = 0.008
+MAX_TURN = math.radians(30.0)  # of a curved edge, per segment
+COARSEST_TURN = math.radians(45.0)
+CURVED = 0.63  # edge length over radius: 36 degrees per edge
+FINEST = 1.0 / 8.0  # of the wanted edge length, on small radii
+MAX_SMALLEST = 1.0 / 16.0  # of it: how far a face may be refined to hold its area
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +48,8 @@ class Part:
     curves: tuple[EdgeCurve, ...]
     forward: tuple[Any, ...]
     areas: Floats
+    volume: float
+    diagonal: float
 
 
 @dataclass(eq=False)
@@ -58,15 +68,18 @@ class _Work:
     notes: list[str] = field(default_factory=list)
 
 
-def read_part(shape: Any, areas: Floats) -> Part:
-    """Read topology, surfaces and curves of a shape; ``areas`` are the exact areas of its faces."""
+def read_part(shape: Any) -> Part:
+    """Read topology, surfaces and curves of a shape, its exact areas and volume."""
     topology = read_topology(shape)
+    areas, _ = face_properties(topology.faces)
     return Part(
         topology,
         tuple(face_surface(face) for face in topology.faces),
         tuple(read_edge(edge, ends) for edge, ends in zip(topology.edges, topology.ends, strict=True)),
         tuple(forward_face(face) for face in topology.faces),
         areas,
+        shape_volume(shape) if topology.is_solid else 0.0,
+        box_diagonal(shape),
     )
 
 
@@ -93,21 +106,76 @@ def build(
     Cancelled
         The caller asked to stop.
     """
-    work = _Work(part, edge_lengths, edge_lengths.copy())
+    work = _Work(part, edge_lengths, _curved_lengths(part, edge_lengths))
     work.samples = [None] * len(part.curves)
     everything = range(len(part.curves))
     for edge in everything:
-        work.counts[edge] = segments_for(part.curves[edge], _edge_length(work, edge))
+        work.counts[edge] = _wanted(work, edge)
     _sample(work, everything)
     todo = [face for face in range(len(part.surfaces)) if face not in part.topology.skipped]
-    for _ in range(1 + MAX_REFINEMENTS + MAX_RESIZES):
-        again = _mesh_faces(work, todo, deadline, progress)
-        if not again:
+    for _ in range(1 + MAX_VOLUME_ROUNDS):
+        _mesh_until_good(work, todo, deadline, progress)
+        assembly, meshes = _weld(work, deadline, progress)
+        todo = _faces_for_volume(work, assembly)
+        if not todo:
             break
-        todo = again
+    return assembly, meshes, work.notes
+
+
+def _slack(part: Part, edge_length: float) -> float:
+    """Return how much coarser than diagonal/100 the mesh is asked to be: its error may grow as much."""
+    return float(np.clip(100.0 * edge_length / part.diagonal, 1.0, 4.0))
+
+
+def _curved_lengths(part: Part, edge_lengths: Floats) -> Floats:
+    """Shorten the edge length on small radii: 36 degrees per edge, down to an eighth of the length."""
+    lengths = edge_lengths.copy()
+    for face, surface in enumerate(part.surfaces):
+        if surface.kind in ("cylinder", "sphere", "torus"):
+            wanted = CURVED * math.sqrt(_slack(part, lengths[face])) * surface.parameters[-1]
+            lengths[face] = min(lengths[face], max(wanted, FINEST * lengths[face]))
+    return lengths
+
+
+def _mesh_until_good(work: _Work, todo: list[int], deadline: float | None, progress: Progress | None) -> None:
+    for _ in range(1 + MAX_REFINEMENTS + MAX_RESIZES):
+        todo = _mesh_faces(work, todo, deadline, progress)
+        if not todo:
+            break
     for face in sorted(work.problems):
         _fill(work, face)
-    return (*_weld(work, deadline, progress), work.notes)
+
+
+def _faces_for_volume(work: _Work, assembly: Assembly) -> list[int]:
+    """Shrink the edge length of all curved faces where the volume is off; return the faces to mesh again."""
+    exact = work.part.volume
+    if not exact > 0 or work.problems:
+        return []
+    error = abs(mesh_volume(assembly.points, assembly.triangles) / exact - 1.0)
+    allowed = VOLUME_TOLERANCE * _slack(work.part, float(work.base.max()))
+    if error <= allowed:
+        return []
+    curved = {face for face, mesh in work.meshes.items() if mesh.surface.kind != "plane"}
+    touched = set(curved)
+    edges: set[int] = set()
+    for face in curved:
+        edges |= _shrink(work, work.meshes[face], math.sqrt(0.7 * allowed / error))
+    for edge in edges:
+        work.counts[edge] = _wanted(work, edge)
+        touched |= work.part.topology.edge_faces[edge]
+    _sample(work, edges)
+    return sorted(touched - work.part.topology.skipped)
+
+
+def _shrink(work: _Work, mesh: FaceMesh, factor: float) -> set[int]:
+    """Multiply the edge length that a face really has; return the edges that need more points for it."""
+    face = mesh.index
+    chords = mesh.domain.points[mesh.domain.segments]
+    present = float(np.linalg.norm(chords[:, 1] - chords[:, 0], axis=1).mean())
+    target = min(float(work.target[face]), present) * float(np.clip(factor, 0.25, 0.85))
+    work.target[face] = max(target, min(float(work.target[face]), MAX_SMALLEST * float(work.base[face])))
+    edges = {use.edge for use in work.part.topology.uses[face]}
+    return {edge for edge in edges if _wanted(work, edge) > work.counts[edge]}
 
 
 def _edge_length(work: _Work, edge: int) -> float:
@@ -164,7 +232,11 @@ def _mesh_faces(work: _Work, todo: list[int], deadline: float | None, progress: 
 
 
 def _wanted(work: _Work, edge: int) -> int:
-    return segments_for(work.part.curves[edge], _edge_length(work, edge))
+    """Return the number of segments of an edge; a turn of 30 degrees per segment, more on a coarse mesh."""
+    faces = work.part.topology.edge_faces[edge]
+    coarsest = min((float(work.base[face]) for face in faces), default=0.0)
+    turn = min(MAX_TURN * math.sqrt(_slack(work.part, coarsest)), COARSEST_TURN)
+    return segments_for(work.part.curves[edge], _edge_length(work, edge), turn)
 
 
 def _resize(work: _Work, mesh: FaceMesh, retry: set[int]) -> set[int]:
@@ -173,20 +245,18 @@ def _resize(work: _Work, mesh: FaceMesh, retry: set[int]) -> set[int]:
     if exact <= 0 or work.resized[face] >= MAX_RESIZES:
         return set()
     error = abs(mesh.area / exact - 1.0)
-    if error <= AREA_TOLERANCE:
+    allowed = AREA_TOLERANCE * _slack(work.part, float(work.base[face]))
+    if error <= allowed:
         return set()
     work.resized[face] += 1
-    edges = {use.edge for use in work.part.topology.uses[face]}
-    if mesh.surface.kind != "plane":
-        factor = float(np.clip(math.sqrt(0.7 * AREA_TOLERANCE / error), 0.25, 0.8))
-        smallest = MAX_SMALLEST * float(work.base[face])
-        target = max(float(work.target[face]) * factor, smallest)
-        if target >= work.target[face]:
-            return set()
-        work.target[face] = target
+    if mesh.surface.kind == "plane":
+        edges = {use.edge for use in work.part.topology.uses[face]}
+        return {edge for edge in edges if not work.part.curves[edge].straight}
+    before = float(work.target[face])
+    edges = _shrink(work, mesh, math.sqrt(0.7 * allowed / error))
+    if work.target[face] < before:
         retry.add(face)
-        return {edge for edge in edges if _wanted(work, edge) > work.counts[edge]}
-    return {edge for edge in edges if not work.part.curves[edge].straight}
+    return edges
 
 
 def _mesh_one(work: _Work, face: int) -> FaceMesh:

@@ -168,7 +168,7 @@ def _parameters(
     miss[known] = np.linalg.norm(surface.points(uv[known]) - points[known], axis=1)
     wrong = ~(miss <= np.maximum(2.0 * tolerance, 0.02 * sizes)) & ~degenerate
     if reproject:
-        wrong = ~degenerate
+        wrong = ~(miss <= 1e-3 * sizes) & ~degenerate
     if wrong.any():
         project_onto(surface, points, uv, miss, np.flatnonzero(wrong))
     if not np.isfinite(uv).all():

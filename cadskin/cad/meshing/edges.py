@@ -18,7 +18,6 @@ from cadskin.cad._occ import xyz
 
 __all__ = ["EdgeCurve", "EdgeSamples", "read_edge", "sample_edge", "segments_for"]
 
-MAX_TURN = math.radians(30.0)
 SEGMENTS_OF_A_POLE = 6
 _LINE = GeomAbs_CurveType.GeomAbs_Line
 _CIRCLE = GeomAbs_CurveType.GeomAbs_Circle
@@ -140,7 +139,7 @@ def _arc_and_turn(curve: Any, parameters: Floats) -> tuple[Floats, float]:
     return arc, float(np.arccos(cosines).sum())
 
 
-def segments_for(curve: EdgeCurve, edge_length: float, *, max_turn: float = MAX_TURN) -> int:
+def segments_for(curve: EdgeCurve, edge_length: float, max_turn: float) -> int:
     """Return the number of segments for a wanted edge length [mm] and turning per segment [rad]."""
     if curve.degenerate:
         return SEGMENTS_OF_A_POLE

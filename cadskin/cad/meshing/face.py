@@ -19,6 +19,7 @@ from cadskin.cad.surface import FaceSurface
 __all__ = ["FaceMesh", "mesh_face"]
 
 SMALLEST_SIZE = 0.04  # of the face's edge length
+REGULAR = 1e-6  # of the largest |Su x Sv|: below, the surface has no normal to compare with
 _GRID = (17, 97)
 
 
@@ -139,11 +140,16 @@ def measure(points: Any, derivatives: Any, names: Any, triangles: Any, at_fold: 
     Triangles with two corners of one name (at a pole) will be dropped and are not counted.
     """
     total = 0.0
+    largest = 0.0
+    one = np.zeros(3)
+    for node in range(derivatives.shape[0]):
+        cross_product(derivatives[node, 1], derivatives[node, 2], one)
+        largest = max(largest, one[0] ** 2 + one[1] ** 2 + one[2] ** 2)
+    smallest = REGULAR * np.sqrt(largest)
     edge_1 = np.zeros(3)
     edge_2 = np.zeros(3)
     normal = np.zeros(3)
     wanted = np.zeros(3)
-    one = np.zeros(3)
     for t in range(triangles.shape[0]):
         a = triangles[t, 0]
         b = triangles[t, 1]
@@ -161,7 +167,7 @@ def measure(points: Any, derivatives: Any, names: Any, triangles: Any, at_fold: 
             node = triangles[t, i]
             cross_product(derivatives[node, 1], derivatives[node, 2], one)
             length = np.sqrt(one[0] ** 2 + one[1] ** 2 + one[2] ** 2)
-            if length > 0.0:
+            if length > smallest:
                 for k in range(3):
                     wanted[k] += one[k] / length
         length = np.sqrt(wanted[0] ** 2 + wanted[1] ** 2 + wanted[2] ** 2)
