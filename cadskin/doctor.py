@@ -30,6 +30,7 @@ __all__ = [
     "broken",
     "examine",
     "explain_import_error",
+    "explain_missing_library",
     "kernel_wheel",
     "kernels_are_cached",
     "repair",
@@ -184,11 +185,9 @@ def explain_import_error(error: ImportError | OSError) -> str:
     >>> explain_import_error(ModuleNotFoundError("No module named 'gmsh'", name="gmsh"))
     "the package gmsh is missing: pip install 'cadskin[gmsh]'"
     """
-    library = re.search(r"(lib[\w+.-]*\.so[.\d]*): cannot open shared object", str(error))
+    library = explain_missing_library(str(error))
     if library:
-        package = DEBIAN_PACKAGES.get(library[1])
-        how = f"apt-get install {package}" if package else "find the system's package that holds it"
-        return f"the system library {library[1]} is missing: {how}"
+        return library
     for extra, (_, module) in EXTRAS.items():
         if getattr(error, "name", None) == module:
             return f"the package {module} is missing: pip install 'cadskin[{extra}]'"
@@ -196,6 +195,24 @@ def explain_import_error(error: ImportError | OSError) -> str:
     if wheel.state == "broken":
         return f"{wheel.detail}; repair: {wheel.repair}"
     return f"an import failed ({error}); `cadskin doctor` says what is broken"
+
+
+def explain_missing_library(text: str) -> str | None:
+    """Return one line that names the Debian package, if ``text`` is the loader's complaint about a library.
+
+    Examples
+    --------
+    >>> explain_missing_library("ImportError: libX11.so.6: cannot open shared object file: No such file")
+    'the system library libX11.so.6 is missing: apt-get install libx11-6'
+    >>> explain_missing_library("some other error") is None
+    True
+    """
+    library = re.search(r"(lib[\w+.-]*\.so[.\d]*): cannot open shared object", text)
+    if library is None:
+        return None
+    package = DEBIAN_PACKAGES.get(library[1])
+    how = f"apt-get install {package}" if package else "install the system's package that holds it"
+    return f"the system library {library[1]} is missing: {how}"
 
 
 def kernel_wheel(path: Sequence[str] | None = None) -> Finding:

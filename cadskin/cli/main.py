@@ -129,7 +129,9 @@ def _run_safely(words: list[str]) -> int:
 def _report(error: Exception) -> int:
     """Say in one line what went wrong; return the exit code."""
     if isinstance(error, CadskinError):
-        return failure(str(error), error.exit_code)
+        from cadskin.doctor import explain_missing_library
+
+        return failure(explain_missing_library(str(error)) or str(error), error.exit_code)
     usage = getattr(error, "format_message", None)
     if usage is not None:  # typer's errors about the words of the command line
         message, code = _one_line(usage()), int(getattr(error, "exit_code", 2))
