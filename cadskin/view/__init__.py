@@ -4,5 +4,6 @@ from __future__ import annotations
 
 from cadskin.view.picture import picture
 from cadskin.view.pyvista_engine import to_pyvista
+from cadskin.view.sheet import sheet
 
-__all__ = ["picture", "to_pyvista"]
+__all__ = ["picture", "sheet", "to_pyvista"]

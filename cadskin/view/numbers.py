@@ -9,10 +9,29 @@ import numpy as np
 from cadskin._typing import Floats
 from cadskin.errors import ExportError
 
-__all__ = ["FACTORS", "LengthUnit", "best_unit", "number", "round_limit", "signed", "tick_labels", "ticks"]
+__all__ = [
+    "FACTORS",
+    "LengthUnit",
+    "best_unit",
+    "number",
+    "round_limit",
+    "signed_range",
+    "tick_labels",
+    "ticks",
+]
 
 LengthUnit: TypeAlias = Literal["µm", "mm"]
 FACTORS: dict[str, float] = {"mm": 1.0, "µm": 1e3, "um": 1e3, "μm": 1e3}
+_TICK_STEPS = (
+    (1.0, 0),
+    (2.0, 0),
+    (2.5, 1),
+    (4.0, 2),
+    (5.0, 0),
+    (10.0, 0),
+    (20.0, 0),
+    (25.0, 1),
+)  # step, cost
 _LIMITS = np.array([1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0])
 
 
@@ -51,23 +70,26 @@ def round_limit(value: float) -> float:
     return float(f"{fitting[0] * power:.3g}")
 
 
-def ticks(low: float, high: float, *, most: int = 9) -> Floats:
-    """Return round numbers, evenly spaced, within ``low`` and ``high``; 0 is one of them if it is inside.
+def ticks(low: float, high: float) -> Floats:
+    """Return 5 to 11 round numbers, evenly spaced, from ``low`` to ``high``.
+
+    Both ends are ticks where a round step allows it, and 0 is one if it lies between.
 
     Examples
     --------
-    >>> ticks(-50, 50).tolist()
-    [-50.0, -25.0, 0.0, 25.0, 50.0]
+    >>> ticks(-50, 50).tolist(), ticks(-1.2, 1.2).tolist()
+    ([-50.0, -25.0, 0.0, 25.0, 50.0], [-1.2, -0.8, -0.4, 0.0, 0.4, 0.8, 1.2])
     """
-    span = high - low
-    power = 10.0 ** np.floor(np.log10(span / most))
-    for factor in (1.0, 2.0, 2.5, 5.0, 10.0, 20.0):
+    power = 10.0 ** np.floor(np.log10((high - low) / 10))
+    best, least_cost = np.array([low, high]), np.inf
+    for factor, awkward in _TICK_STEPS:
         step = factor * power
-        first, last = np.ceil(low / step - 1e-9), np.floor(high / step + 1e-9)
-        ends_meet = factor != 2.0 or abs(high / step - round(high / step)) < 1e-6
-        if last - first + 1 <= most and ends_meet:
-            break
-    return np.asarray(step * np.arange(first, last + 1))
+        first, last = np.ceil(low / step - 1e-6), np.floor(high / step + 1e-6)
+        count = int(last - first) + 1
+        missed = (first * step - low + high - last * step) / (high - low) > 1e-6
+        if 5 <= count <= 11 and 8 * missed + awkward + abs(count - 7) < least_cost:
+            best, least_cost = step * np.arange(first, last + 1), 8 * missed + awkward + abs(count - 7)
+    return np.asarray(np.round(best, 12))
 
 
 def tick_labels(values: Floats) -> list[str]:
@@ -85,17 +107,20 @@ def tick_labels(values: Floats) -> list[str]:
     return ["0" if float(t) == 0 else t.replace("-", "−") for t in texts]
 
 
-def signed(value: float) -> str:
-    """Return three significant digits with a sign.
+def signed_range(low: float, high: float) -> str:
+    """Return ``low to high`` with signs and equal decimals, three digits for the greater.
 
     Examples
     --------
-    >>> signed(-0.04831), signed(123.4), signed(0)
-    ('−0.0483', '+123', '0')
+    >>> signed_range(-24.02, 23.71), signed_range(-0.0012, 0.0), signed_range(0.0, 0.0)
+    ('−24.0 to +23.7', '−0.00120 to 0', '0 to 0')
     """
-    if value == 0:
-        return "0"
-    return ("+" if value > 0 else "−") + number(abs(value))
+    greatest = max(abs(low), abs(high))
+    if greatest == 0:
+        return "0 to 0"
+    decimals = max(0, 2 - int(np.floor(np.log10(greatest))))
+    texts = (f"{value:+.{decimals}f}" for value in (low, high))
+    return " to ".join("0" if float(text) == 0 else text.replace("-", "−") for text in texts)
 
 
 def number(value: float) -> str:

@@ -14,7 +14,7 @@ from cadskin.export.content import Content, Shape, content_of
 from cadskin.view.camera import Camera, fit, view_direction
 from cadskin.view.canvas import draw_text
 from cadskin.view.legend import GREY, draw_axes, draw_colour_bar, draw_scale, draw_title
-from cadskin.view.numbers import FACTORS, number, signed
+from cadskin.view.numbers import FACTORS, number, signed_range
 from cadskin.view.png import encode_png
 from cadskin.view.scene import Scene, automatic_exaggeration, scene_of
 from cadskin.view.software import best_direction, render
@@ -53,7 +53,7 @@ def picture(
         ``right``, ``top``, ``bottom``, or a direction from the part to the eye.
     exaggeration : float
         Factor on the displacement. By default the greatest of 1, 2, 5, 10, ... that keeps the drawn shift
-        below 2 % of the part and folds nothing (see `cadskin.view.scene.automatic_exaggeration`).
+        below 1.2 % of the part and folds nothing (see `cadskin.view.scene.automatic_exaggeration`).
     clim : float or (float, float)
         Deviations [mm] at the ends of the colour bar; one number is symmetric about 0. By default the next
         round number above the greatest. Beyond them the end colour is drawn and the bar ends in a point.
@@ -163,8 +163,8 @@ def _headline(content: Content, colours: ColourScale | None) -> str:
     """Return the line below the title: the range of the deviation, or what the part consists of."""
     if colours is not None and content.deviation is not None:
         factor = FACTORS[colours.unit]
-        low, high = (signed(float(value) * factor) for value in _range(content.deviation))
-        return f"deviation {low} to {high} {colours.unit}"
+        low, high = _range(content.deviation * factor)
+        return f"deviation {signed_range(low, high)} {colours.unit}"
     size = " × ".join(number(float(extent)) for extent in np.ptp(content.points, axis=0))
     counts = [f"{len(content.face_names)} faces"]
     if content.nominal is not None and len(content.nominal.features) != len(content.face_names):

@@ -10,6 +10,7 @@ __all__ = [
     "EDGE_SMOOTH",
     "fill_triangles",
     "mark_outlines",
+    "occlusion",
     "shade",
     "stamp_lines",
     "visible_area",
@@ -125,30 +126,81 @@ def visible_area(corners, triangles, owner, least_cosine):  # type: ignore[no-un
 
 
 @njit(cache=True)
+def occlusion(depth, factor, reach, offsets):  # type: ignore[no-untyped-def]
+    """Return how much of the sky each pixel (height / factor, width / factor) sees, 0 to 1.
+
+    Pixels around a place hide sky as far as they stand above its tangent plane (screen-space ambient
+    occlusion); ``offsets`` (j, 2) lie in the unit disc and are turned from pixel to pixel, ``reach`` is the
+    radius of the disc in subpixels.
+    """
+    height, width = depth.shape[0] // factor, depth.shape[1] // factor
+    result = np.ones((height, width))
+    half = factor // 2
+    for row in range(height):
+        for column in range(width):
+            r0, q0 = row * factor + half, column * factor + half
+            z = depth[r0, q0]
+            if z == -np.inf:
+                continue
+            slope_r = _slope(depth, r0, q0, factor, 0)
+            slope_q = _slope(depth, r0, q0, 0, factor)
+            turn = 2.0 * np.pi * ((row % 4) * 4 + (column * 7 + 3 * row) % 4) / 16.0
+            cosine, sine = np.cos(turn), np.sin(turn)
+            hidden = 0.0
+            for k in range(offsets.shape[0]):
+                dr = (cosine * offsets[k, 0] - sine * offsets[k, 1]) * reach
+                dq = (sine * offsets[k, 0] + cosine * offsets[k, 1]) * reach
+                r, q = int(np.rint(r0 + dr)), int(np.rint(q0 + dq))
+                if r < 0 or q < 0 or r >= depth.shape[0] or q >= depth.shape[1] or depth[r, q] == -np.inf:
+                    continue
+                above = depth[r, q] - z - slope_r * (r - r0) - slope_q * (q - q0)
+                distance = np.sqrt((r - r0) ** 2 + (q - q0) ** 2)
+                if above > 0.08 * distance + 1.5:
+                    hidden += min(above / (distance + 1.0), 1.0) / (1.0 + (above / (3.0 * reach)) ** 2)
+            result[row, column] = 1.0 - hidden / offsets.shape[0]
+    return result
+
+
+@njit(cache=True)
+def _slope(depth, row, column, dr, dq):  # type: ignore[no-untyped-def]
+    """Return the slope of the depth in one direction, from the side where it is smaller."""
+    step = max(dr, dq)
+    height, width = depth.shape
+    best = np.inf
+    for sign in (-1, 1):
+        r, q = row + sign * dr, column + sign * dq
+        if 0 <= r < height and 0 <= q < width and depth[r, q] > -np.inf:
+            slope = sign * (depth[r, q] - depth[row, column]) / step
+            if abs(slope) < abs(best):
+                best = slope
+    return best if best < np.inf else 0.0
+
+
+@njit(cache=True)
 def shade(  # type: ignore[no-untyped-def]  # noqa: PLR0913
-    corners, triangles, rows, normals, place, table, owner, marks, lights, line_colours, background, factor
+    corners, triangles, rows, normals, place, table, owner, marks, lights, sky, background, factor
 ):
-    """Return the linear-light picture (height / factor, width / factor, 3).
+    """Return the linear-light picture (height / factor, width / factor, 3), and the shares of lines (..., 3).
 
     Each pixel of the buffers takes the colour of its triangle: ``place`` (r,) in 0..1 of ``table`` (k, 3) and
     the normal (r, 3) are interpolated between the triangle's own rows, lit by ``lights`` (j, 5: direction,
-    strength, wrap; the last row's strength is the ambient light). Boxes of factor x factor pixels become one.
+    strength, wrap; the last row's strength is the ambient light, which ``sky`` weakens). Boxes of factor x
+    factor pixels become one; the picture is the mean over the pixels that no line covers.
     """
     height, width = owner.shape[0] // factor, owner.shape[1] // factor
     picture = np.zeros((height, width, 3))
-    share = 1.0 / (factor * factor)
+    shares = np.zeros((height, width, 3))
     last = table.shape[0] - 1
     for row in range(height):
         for column in range(width):
-            red, green, blue = 0.0, 0.0, 0.0
+            red, green, blue, count = 0.0, 0.0, 0.0, 0
             for r in range(row * factor, (row + 1) * factor):
                 for q in range(column * factor, (column + 1) * factor):
                     mark, t = marks[r, q], owner[r, q]
+                    shares[row, column, mark] += 1.0
                     if mark > 0:
-                        red += line_colours[mark, 0]
-                        green += line_colours[mark, 1]
-                        blue += line_colours[mark, 2]
                         continue
+                    count += 1
                     if t < 0:
                         red += background[0]
                         green += background[1]
@@ -175,12 +227,14 @@ def shade(  # type: ignore[no-untyped-def]  # noqa: PLR0913
                         facing = (nx * lights[m, 0] + ny * lights[m, 1] + nz * lights[m, 2]) * length
                         wrap = lights[m, 4]
                         light += lights[m, 3] * max((facing + wrap) / (1.0 + wrap), 0.0) ** 2
+                    light *= sky[row, column]
                     at = min(max(wa * place[i] + wb * place[j] + wc * place[k], 0.0), 1.0)
                     index = int(at * last + 0.5)
                     red += light * table[index, 0]
                     green += light * table[index, 1]
                     blue += light * table[index, 2]
-            picture[row, column, 0] = red * share
-            picture[row, column, 1] = green * share
-            picture[row, column, 2] = blue * share
-    return picture
+            if count > 0:
+                picture[row, column, 0] = red / count
+                picture[row, column, 1] = green / count
+                picture[row, column, 2] = blue / count
+    return picture, shares / (factor * factor)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter
 
 from cadskin._typing import Floats, Ints, Vectors
 from cadskin.export.colours import to_linear, to_srgb
 from cadskin.view.camera import CANDIDATES, Camera, fit
 from cadskin.view.canvas import Colour, hex_colour
-from cadskin.view.raster import fill_triangles, mark_outlines, shade, stamp_lines, visible_area
+from cadskin.view.raster import fill_triangles, mark_outlines, occlusion, shade, stamp_lines, visible_area
 from cadskin.view.scene import Scene
 
 __all__ = ["BACKGROUND", "best_direction", "render"]
@@ -24,6 +25,9 @@ _LIGHTS = (
     (0.85, 0.05, 0.60, 0.24, 0.80),
     (0.0, 0.0, 0.0, 0.40, 0.0),
 )
+_OCCLUSION_REACH = 0.045  # of the smaller side of the picture
+_OCCLUSION_SAMPLES = 24
+_OCCLUSION_STRENGTH = 0.85
 _UNLIT = ((0.0, 0.0, 0.0, 1.0, 0.0),)
 
 
@@ -61,9 +65,7 @@ def render(
         mark_outlines(depth, marks, max(round(1.2 * line * _FACTOR), 1), max(0.004 * extent, 6.0))
         ends = corners[scene.edges]
         stamp_lines(ends, scene.edge_codes, depth, marks, 0.80 * line * _FACTOR)
-    lights = _unit_lights(_LIGHTS if lit else _UNLIT)
-    line_colours = to_linear(np.array([BACKGROUND, _SMOOTH_LINE, _SHARP_LINE]))
-    linear = shade(
+    linear, shares = shade(
         corners,
         scene.triangles,
         scene.rows,
@@ -72,12 +74,25 @@ def render(
         to_linear(scene.table),
         owner,
         marks,
-        lights,
-        line_colours,
+        _unit_lights(_LIGHTS if lit else _UNLIT),
+        _sky(depth) if lit else np.ones((height, width)),
         to_linear(np.array(background)),
         _FACTOR,
     )
-    return to_srgb(linear)
+    # Lines are laid over the finished colours: mixed in linear light they would look thin.
+    share = shares[:, :, 1:]
+    lines = share @ np.array([_SMOOTH_LINE, _SHARP_LINE])
+    return np.asarray(to_srgb(linear) * (1 - share.sum(axis=2, keepdims=True)) + lines)
+
+
+def _sky(depth: NDArray[np.float32]) -> Floats:
+    """Return the share of light (height, width) that reaches each pixel into holes and corners."""
+    reach = _OCCLUSION_REACH * min(depth.shape)
+    index = np.arange(_OCCLUSION_SAMPLES) + 0.5
+    radius, angle = np.sqrt(index / _OCCLUSION_SAMPLES), index * 2.399963229728653  # the golden angle
+    offsets = np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1)
+    seen = occlusion(depth, _FACTOR, reach, offsets)
+    return np.asarray(1.0 - _OCCLUSION_STRENGTH * (1.0 - uniform_filter(seen, 4)))
 
 
 def best_direction(scene: Scene, *, pixels: int = 160) -> Vectors:
