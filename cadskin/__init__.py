@@ -27,6 +27,32 @@ _HOMES = {
     "Face": "cadskin.shape",
     "Feature": "cadskin.shape",
     "NominalModel": "cadskin.shape",
+    # the specification
+    "read_pmi": "cadskin.cad",
+    "Datum": "cadskin.spec",
+    "DatumSystem": "cadskin.spec",
+    "Dimension": "cadskin.spec",
+    "Specification": "cadskin.spec",
+    "Tolerance": "cadskin.spec",
+    "ToleranceZone": "cadskin.spec",
+    "angularity": "cadskin.spec",
+    "circular_runout": "cadskin.spec",
+    "coaxiality": "cadskin.spec",
+    "concentricity": "cadskin.spec",
+    "cylindricity": "cadskin.spec",
+    "distance": "cadskin.spec",
+    "flatness": "cadskin.spec",
+    "line_profile": "cadskin.spec",
+    "parallelism": "cadskin.spec",
+    "perpendicularity": "cadskin.spec",
+    "position": "cadskin.spec",
+    "read_spec": "cadskin.spec",
+    "roundness": "cadskin.spec",
+    "size": "cadskin.spec",
+    "straightness": "cadskin.spec",
+    "surface_profile": "cadskin.spec",
+    "symmetry": "cadskin.spec",
+    "total_runout": "cadskin.spec",
     # deviation models
     "DeviationModel": "cadskin.deviation",
     "GaussianField": "cadskin.deviation",
@@ -51,6 +77,7 @@ if TYPE_CHECKING:
     from cadskin.cad import nominal as nominal
     from cadskin.cad import nominals as nominals
     from cadskin.cad import read_parts as read_parts
+    from cadskin.cad import read_pmi as read_pmi
     from cadskin.deviation import DeviationModel as DeviationModel
     from cadskin.deviation import GaussianField as GaussianField
     from cadskin.deviation import Paraboloid as Paraboloid
@@ -66,6 +93,30 @@ if TYPE_CHECKING:
     from cadskin.skin import SkinModel as SkinModel
     from cadskin.skin import simulate as simulate
     from cadskin.skin import weld as weld
+    from cadskin.spec import Datum as Datum
+    from cadskin.spec import DatumSystem as DatumSystem
+    from cadskin.spec import Dimension as Dimension
+    from cadskin.spec import Specification as Specification
+    from cadskin.spec import Tolerance as Tolerance
+    from cadskin.spec import ToleranceZone as ToleranceZone
+    from cadskin.spec import angularity as angularity
+    from cadskin.spec import circular_runout as circular_runout
+    from cadskin.spec import coaxiality as coaxiality
+    from cadskin.spec import concentricity as concentricity
+    from cadskin.spec import cylindricity as cylindricity
+    from cadskin.spec import distance as distance
+    from cadskin.spec import flatness as flatness
+    from cadskin.spec import line_profile as line_profile
+    from cadskin.spec import parallelism as parallelism
+    from cadskin.spec import perpendicularity as perpendicularity
+    from cadskin.spec import position as position
+    from cadskin.spec import read_spec as read_spec
+    from cadskin.spec import roundness as roundness
+    from cadskin.spec import size as size
+    from cadskin.spec import straightness as straightness
+    from cadskin.spec import surface_profile as surface_profile
+    from cadskin.spec import symmetry as symmetry
+    from cadskin.spec import total_runout as total_runout
     from cadskin.view import picture as picture
 
 

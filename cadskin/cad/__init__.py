@@ -19,6 +19,7 @@ _HOMES = {
     "nominals": "cadskin.cad.discretise",
     "partition": "cadskin.cad.partitioning",
     "read_parts": "cadskin.cad.documents",
+    "read_pmi": "cadskin.cad.pmi.pmi",
     "to_ocp": "cadskin.cad.triangulation",
 }
 
@@ -33,6 +34,7 @@ __all__ = [
     "nominals",
     "partition",
     "read_parts",
+    "read_pmi",
     "to_ocp",
 ]
 
@@ -43,6 +45,7 @@ if TYPE_CHECKING:
     from cadskin.cad.faces import describe_faces
     from cadskin.cad.part import CadPart
     from cadskin.cad.partitioning import partition
+    from cadskin.cad.pmi.pmi import read_pmi
     from cadskin.cad.selectors import face_indices
     from cadskin.cad.triangulation import to_ocp
 

@@ -1,0 +1,152 @@
+"""Tie a specification to a part: selectors become faces, faces are checked to be there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TypeAlias
+
+from cadskin.errors import SelectionError, SpecificationError
+from cadskin.shape.nominal import Face, Feature, NominalModel
+from cadskin.shape.selectors import select
+from cadskin.spec.datums import Datum
+from cadskin.spec.dimension import Dimension
+from cadskin.spec.selection import FeatureSelection
+from cadskin.spec.specification import Specification
+from cadskin.spec.tolerance import Tolerance
+
+__all__ = ["bind", "map_features"]
+
+Change: TypeAlias = Callable[[FeatureSelection, str], FeatureSelection]
+
+
+def bind(spec: Specification, nominal: NominalModel) -> Specification:
+    """Return the specification on the faces of a part.
+
+    Parameters
+    ----------
+    spec : Specification
+    nominal : NominalModel
+
+    Returns
+    -------
+    Specification
+        Every selection has its face indices and the kinds of its surfaces; selectors are kept. A selector
+        that matches several features makes a pattern with one member for each.
+
+    Raises
+    ------
+    SpecificationError
+        A selector matches nothing, or a face does not exist; the message names the tolerance and where it
+        is written. Or the tolerance has no meaning on this surface (cylindricity on a plane).
+    """
+    bound = map_features(spec, lambda feature, label: _bound(feature, nominal, label))
+    return Specification(
+        *bound.tolerances,
+        datums=bound.datums,
+        dimensions=bound.dimensions,
+        default=bound.default,
+        unresolved=bound.unresolved,
+        notes=bound.notes,
+        checked=not spec.unresolved and all(not t.feature.step_faces for t in spec.tolerances),
+    )
+
+
+def map_features(spec: Specification, change: Change) -> Specification:
+    """Return a specification with every selection changed; ``change`` gets it and a label for messages."""
+
+    def of_tolerance(tolerance: Tolerance) -> Tolerance:
+        label = _label(f"tolerance {tolerance.id} ({tolerance.type})", tolerance.source)
+        feature = change(tolerance.feature, label)
+        scope = tolerance.scope
+        if scope in ("feature", "pattern"):
+            scope = "pattern" if len(feature.groups) > 1 else "feature"
+        return replace(tolerance, feature=feature, scope=scope)
+
+    def of_datum(datum: Datum) -> Datum:
+        label = _label(f"datum {datum.letter}", datum.source)
+        targets = tuple(
+            replace(t, feature=change(t.feature, f"{label}, target {t.label}")) for t in datum.targets
+        )
+        return replace(datum, feature=change(datum.feature, label), targets=targets)
+
+    def of_dimension(dimension: Dimension) -> Dimension:
+        label = _label(f"dimension {dimension.id}", dimension.source)
+        return replace(
+            dimension, feature=change(dimension.feature, label), second=change(dimension.second, label)
+        )
+
+    return Specification(
+        *(of_tolerance(tolerance) for tolerance in spec.tolerances),
+        datums=tuple(of_datum(datum) for datum in spec.datums),
+        dimensions=tuple(of_dimension(dimension) for dimension in spec.dimensions),
+        default=spec.default,
+        unresolved=spec.unresolved,
+        notes=spec.notes,
+        checked=False,
+    )
+
+
+def _label(what: str, source: str | None) -> str:
+    return f"{source}: {what}" if source else what
+
+
+def _bound(feature: FeatureSelection, nominal: NominalModel, label: str) -> FeatureSelection:
+    if not feature:
+        return feature
+    if feature.faces and not feature.selectors:
+        return replace(feature, kinds=_kinds(_existing(feature.faces, nominal, label)))
+    if feature.selectors:
+        return _selected(feature, nominal, label)
+    return _by_step_number(feature, nominal, label)
+
+
+def _existing(indices: Sequence[int], nominal: NominalModel, label: str) -> list[Face]:
+    for index in indices:
+        if not 0 <= index < len(nominal.faces):
+            raise SpecificationError(
+                f"{label} is on face {index}; the part has faces 0 to {len(nominal.faces) - 1}"
+            )
+    return [nominal.faces[index] for index in indices]
+
+
+def _kinds(faces: Sequence[Face]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(face.kind for face in faces))
+
+
+def _selected(feature: FeatureSelection, nominal: NominalModel, label: str) -> FeatureSelection:
+    found: dict[int, Feature] = {}
+    for selector in feature.selectors:
+        try:
+            found.update({item.id: item for item in select(nominal, selector)})
+        except SelectionError as error:
+            raise SpecificationError(f"{label}: {error}") from error
+    members = list(found.values())
+    faces = [face for member in members for face in member.faces]
+    return replace(
+        feature,
+        faces=tuple(face.index for face in faces),
+        step_faces=tuple(face.step_id for face in faces if face.step_id is not None),
+        groups=tuple(member.face_indices for member in members) if len(members) > 1 else (),
+        kinds=_kinds(faces),
+    )
+
+
+def _by_step_number(feature: FeatureSelection, nominal: NominalModel, label: str) -> FeatureSelection:
+    by_number = {face.step_id: face for face in nominal.faces if face.step_id is not None}
+    known = [by_number[number] for number in feature.step_faces if number in by_number]
+    if not known:
+        shown = ", ".join(f"#{number}" for number in feature.step_faces[:5])
+        raise SpecificationError(
+            f"{label} is on the STEP faces {shown}, which the part "
+            "does not have; is it the file that the specification was read from?"
+        )
+    groups = tuple(
+        tuple(by_number[number].index for number in group if number in by_number) for group in feature.groups
+    )
+    return replace(
+        feature,
+        faces=tuple(sorted(face.index for face in known)),
+        groups=tuple(group for group in groups if group),
+        kinds=_kinds(known),
+    )

@@ -1,0 +1,111 @@
+"""One geometrical tolerance."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from math import isfinite
+from typing import Any, Literal, TypeAlias, get_args
+
+from cadskin.errors import SpecificationError
+from cadskin.spec.characteristics import CHARACTERISTICS, Characteristic, CharacteristicName
+from cadskin.spec.datums import DatumSystem
+from cadskin.spec.modifiers import TOLERANCE_MODIFIERS
+from cadskin.spec.selection import FeatureSelection
+from cadskin.spec.zone import ToleranceZone
+
+__all__ = ["Material", "Scope", "Tolerance"]
+
+Scope: TypeAlias = Literal["feature", "pattern", "all_around", "all_over", "between", "general"]
+Material: TypeAlias = Literal["RFS", "MMR", "LMR"]
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """A geometrical tolerance on one or several features.
+
+    Parameters
+    ----------
+    id : str
+        Unique in its specification: ``#27`` from a STEP file, else ``flatness-1``.
+    type : str
+        AP242 leaf name: ``flatness``, ``surface_profile``, ...
+    value : float or None
+        [mm]; None where the file gives none (that is not 0.0; 0.0 is legal at maximum material).
+    feature : FeatureSelection
+        Empty for a general tolerance.
+    scope : str
+        ``feature``, ``pattern``, ``all_around``, ``all_over``, ``between`` or ``general``.
+    datums : DatumSystem
+    material : {"RFS", "MMR", "LMR"}
+        Regardless of feature size, maximum or least material requirement.
+    modifiers : tuple of str
+        Further AP242 modifiers, without those of the material.
+    zone : ToleranceZone
+    parent : str or None
+        Id of the upper segment of a composite frame.
+    name : str
+        Name in the file.
+    raw_value, raw_unit : float or None, str or None
+        Number and unit as written.
+    standard : str or None
+        ``ISO`` or ``ASME`` where it is known.
+    model : Mapping or None
+        Choice of a deviation model, passed on as written.
+    notes : tuple of str
+        What had to be interpreted; not compared.
+    source : str or None
+        ``part.stp #27`` or ``part.spec.toml:12``; not compared.
+    """
+
+    id: str
+    type: CharacteristicName
+    value: float | None
+    feature: FeatureSelection = field(default_factory=FeatureSelection)
+    scope: Scope = "feature"
+    datums: DatumSystem = field(default_factory=DatumSystem)
+    material: Material = "RFS"
+    modifiers: tuple[str, ...] = ()
+    zone: ToleranceZone = field(default_factory=ToleranceZone)
+    parent: str | None = None
+    name: str = ""
+    raw_value: float | None = None
+    raw_unit: str | None = None
+    standard: str | None = None
+    model: Mapping[str, Any] | None = field(default=None, hash=False)
+    notes: tuple[str, ...] = field(default=(), compare=False)
+    source: str | None = field(default=None, compare=False)
+
+    def __post_init__(self) -> None:
+        """Check names and value."""
+        if self.type not in CHARACTERISTICS:
+            raise SpecificationError(f"tolerance {self.id}: {self.type!r} is no AP242 characteristic")
+        for key, kinds in (("scope", get_args(Scope)), ("material", get_args(Material))):
+            if getattr(self, key) not in kinds:
+                raise SpecificationError(
+                    f"tolerance {self.id}: {key} {getattr(self, key)!r} is none of {', '.join(kinds)}"
+                )
+        if self.value is not None and not (isfinite(self.value) and self.value >= 0):
+            raise SpecificationError(
+                f"tolerance {self.id} ({self.type}): value must be finite and not negative, got {self.value}"
+            )
+
+    @property
+    def characteristic(self) -> Characteristic:
+        """Facts about its characteristic."""
+        return CHARACTERISTICS[self.type]
+
+    @property
+    def bounds(self) -> tuple[float, float] | None:
+        """Lowest and highest deviation [mm] of the surface that its zone allows; None without value."""
+        return None if self.value is None else self.zone.bounds(self.value)
+
+    def __str__(self) -> str:
+        from cadskin.spec.frames import frame
+
+        return frame(self)
+
+    @property
+    def unknown_modifiers(self) -> tuple[str, ...]:
+        """Modifiers that no list of AP242 modifiers has."""
+        return tuple(name for name in self.modifiers if name not in TOLERANCE_MODIFIERS)
