@@ -17,9 +17,7 @@ if TYPE_CHECKING:
 
     from cadskin._typing import Floats, Points
 
-__all__ = ["DenseField", "LowRankField", "PatchField", "product", "unit_cholesky"]
-
-_COLUMNS = 16  # one block of samples in a matrix product, always full: the bits do not depend on the batch
+__all__ = ["DenseField", "LowRankField", "PatchField", "unit_cholesky"]
 
 
 class PatchField(ABC):
@@ -37,20 +35,8 @@ class PatchField(ABC):
     note: str
 
     @abstractmethod
-    def apply(self, noise: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return fields (k, n) of noise (k, latent); each row depends on its own noise only."""
-
-
-def product(noise: NDArray[np.float32], factor: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return noise (k, m) @ factor (m, n), with bits that do not depend on k (BLAS chooses by shape)."""
-    count, latent = noise.shape
-    out = np.zeros((-(-count // _COLUMNS) * _COLUMNS, factor.shape[1]), dtype=np.float32)
-    block = np.zeros((_COLUMNS, latent), dtype=np.float32)
-    for start in range(0, count, _COLUMNS):
-        rows = noise[start : start + _COLUMNS]
-        block[: len(rows)] = rows
-        np.matmul(block, factor, out=out[start : start + _COLUMNS])
-    return out[:count]
+    def apply(self, noise: NDArray[np.float32], out: NDArray[np.float32]) -> None:
+        """Write the fields of noise (COLUMNS, latent) into ``out`` (COLUMNS, n)."""
 
 
 def unit_cholesky(covariance: Floats, what: str) -> Floats:
@@ -93,8 +79,9 @@ class DenseField(PatchField):
         self.factor = np.ascontiguousarray(factor.T, dtype=np.float32)
         self.note = f"dense Cholesky of {len(points)} points"
 
-    def apply(self, noise: NDArray[np.float32]) -> NDArray[np.float32]:
-        return product(noise, self.factor)
+    def apply(self, noise: NDArray[np.float32], out: NDArray[np.float32]) -> None:
+        """Multiply by the factor."""
+        np.matmul(noise, self.factor, out=out)
 
 
 class LowRankField(PatchField):
@@ -139,8 +126,9 @@ class LowRankField(PatchField):
             f"Karhunen-Loeve with {self.latent} terms for {len(scaled)} points, variance defect {defect:.2g}"
         )
 
-    def apply(self, noise: NDArray[np.float32]) -> NDArray[np.float32]:
-        return product(noise, self.factor)
+    def apply(self, noise: NDArray[np.float32], out: NDArray[np.float32]) -> None:
+        """Multiply by the factor."""
+        np.matmul(noise, self.factor, out=out)
 
 
 @njit(cache=True, nogil=True)

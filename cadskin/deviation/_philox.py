@@ -16,7 +16,7 @@ import numpy as np
 from numba import float32, int32, njit, uint32, uint64
 from numpy.typing import NDArray
 
-__all__ = ["philox4x32", "standard_normals"]
+__all__ = ["fill_normals", "padded_count", "philox4x32", "standard_normals"]
 
 _LANES = 256  # counters worked on together, so that the compiler can vectorise
 _GROUP = 4 * _LANES  # normals made from them
@@ -141,9 +141,18 @@ def standard_normals(seeds: Sequence[np.random.SeedSequence], count: int) -> NDA
     >>> rows.shape, bool(abs(rows.mean()) < 0.1)
     ((2, 1000), True)
     """
-    padded = -(-count // _GROUP) * _GROUP
-    out = np.zeros((len(seeds), padded), dtype=np.float32)
-    for row, seed in zip(out, seeds, strict=True):
+    out = np.zeros((len(seeds), padded_count(count)), dtype=np.float32)
+    fill_normals(seeds, out)
+    return out[:, :count]
+
+
+def padded_count(count: int) -> int:
+    """Return the next length that `fill_normals` can fill."""
+    return -(-count // _GROUP) * _GROUP
+
+
+def fill_normals(seeds: Sequence[np.random.SeedSequence], out: NDArray[np.float32]) -> None:
+    """Fill the first rows of ``out`` (>= len(seeds), `padded_count`), one per seed, with normals."""
+    for row, seed in zip(out, seeds, strict=False):
         state = seed.generate_state(4, np.uint32)
         _fill(state[:2], state[2:], row)
-    return out[:, :count]

@@ -7,6 +7,7 @@ route             used for                                               largest
 ================  =====================================================  ==========================
 dense             up to 600 points                                       1e-6 (float32)
 karhunen_loeve    squared exponential, up to 10 000 points, rank <= 400  1e-4
+grid              squared exponential, any size                          6e-4
 two_level         smooth kernels, many points per length                 1e-3 (SE), 4e-3 (Matern 5/2)
 vecchia           rough kernels, or few points per length                8e-3
 ================  =====================================================  ==========================
@@ -16,17 +17,22 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cadskin.deviation._kriging import TwoLevelField, VecchiaField
+import numpy as np
+
+from cadskin.deviation._grid import MAX_CELLS, GridField, grid_cells
+from cadskin.deviation._kriging import VECCHIA_NEIGHBOURS, TwoLevelField, VecchiaField
 from cadskin.deviation._patch_fields import DenseField, LowRankField, PatchField
+from cadskin.deviation.coordinates import area_frame
 from cadskin.errors import DeviationError
 
 if TYPE_CHECKING:
+    from cadskin._typing import Points
     from cadskin.deviation._patches import PatchPoints
 
 __all__ = ["METHODS", "METRICS", "make_field"]
 
 METRICS = ("auto", "euclidean", "geodesic")
-METHODS = ("auto", "dense", "karhunen_loeve", "two_level", "vecchia")
+METHODS = ("auto", "dense", "karhunen_loeve", "grid", "two_level", "vecchia")
 
 _DENSE_POINTS = 600
 _LOW_RANK_POINTS = 10_000
@@ -50,6 +56,10 @@ def make_field(patch: PatchPoints, length: float, kernel: str, metric: str, meth
         )
     points = (patch.points - patch.points.min(axis=0)) / length
     chosen = _choose(patch, length, kernel) if method == "auto" else method
+    if chosen == "grid":
+        if kernel != "squared_exponential":
+            raise DeviationError(f"method='grid' is for the squared exponential, not for {kernel!r}")
+        return GridField(_grid_points(patch, length))
     if chosen == "dense":
         if len(points) > _DENSE_LIMIT:
             raise DeviationError(
@@ -61,7 +71,7 @@ def make_field(patch: PatchPoints, length: float, kernel: str, metric: str, meth
         return LowRankField(points, kernel)
     if chosen == "two_level":
         return TwoLevelField(points, kernel, spacing=_SPACING.get(kernel, 1 / 8))
-    return VecchiaField(points, kernel)
+    return VecchiaField(points, kernel, neighbours=VECCHIA_NEIGHBOURS[kernel])
 
 
 def _choose(patch: PatchPoints, length: float, kernel: str) -> str:
@@ -71,7 +81,23 @@ def _choose(patch: PatchPoints, length: float, kernel: str) -> str:
         return "dense"
     if kernel == "squared_exponential" and count <= _LOW_RANK_POINTS and 3 * lengths + 20 <= _LOW_RANK:
         return "karhunen_loeve"
+    if kernel == "squared_exponential" and _grid_pays(patch, length):
+        return "grid"
     smooth = kernel in ("squared_exponential", "matern52")
-    if smooth and lengths / _SPACING[kernel] ** 2 < 0.5 * count:
+    if smooth and lengths / _SPACING[kernel] ** 2 < 0.1 * count:
         return "two_level"
     return "vecchia"
+
+
+def _grid_points(patch: PatchPoints, length: float) -> Points:
+    """Points in correlation lengths: in the plane of a flat patch, in space otherwise."""
+    if not patch.flat:
+        return patch.points / length
+    frame = area_frame(patch.points, patch.triangles, patch.normals[0])
+    return np.asarray((patch.points - frame.centroid) @ frame.axes[:2].T / length)
+
+
+def _grid_pays(patch: PatchPoints, length: float) -> bool:
+    """Whether the grid fits; in space it must not be much larger than the set of points."""
+    cells = grid_cells(_grid_points(patch, length))
+    return cells <= (MAX_CELLS if patch.flat else min(MAX_CELLS, max(20 * len(patch.points), 100_000)))

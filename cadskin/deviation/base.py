@@ -32,7 +32,7 @@ __all__ = [
     "register",
 ]
 
-BLOCK = 64  # samples worked on at once; the result does not depend on it
+BLOCK = 32  # samples worked on at once; the result does not depend on it
 
 _REGISTRY: dict[str, type[DeviationModel]] = {}
 _Model = TypeVar("_Model", bound="type[DeviationModel]")
@@ -57,8 +57,14 @@ class Sampler(ABC):
     notes: tuple[str, ...] = ()
 
     @abstractmethod
+    def fill(self, seeds: Sequence[np.random.SeedSequence], out: Floats) -> None:
+        """Write one field per seed into ``out`` (len(seeds), n_c) [mm]; row i depends on seed i only."""
+
     def draw(self, seeds: Sequence[np.random.SeedSequence]) -> Floats:
         """Return one field per seed (len(seeds), n_c) float64 [mm]; row i depends on seed i only."""
+        out = np.zeros((len(seeds), self.n_samples))
+        self.fill(seeds, out)
+        return out
 
     def sample(self, *, size: int = 1, rng: RNGLike = None) -> Floats:
         """Return ``size`` deviation fields (size, n_c) [mm]; see `DeviationModel.sample`."""
@@ -76,9 +82,9 @@ class FixedSampler(Sampler):
         self.n_samples = len(self.values)
         self.notes = notes
 
-    def draw(self, seeds: Sequence[np.random.SeedSequence]) -> Floats:
+    def fill(self, seeds: Sequence[np.random.SeedSequence], out: Floats) -> None:
         """Repeat the field."""
-        return np.tile(self.values, (len(seeds), 1))
+        out[: len(seeds)] = self.values
 
 
 class DeviationModel(ABC):
@@ -279,13 +285,14 @@ class _SumSampler(Sampler):
         self.n_samples = self.terms[0].n_samples
         self.notes = tuple(note for term in self.terms for note in term.notes)
 
-    def draw(self, seeds: Sequence[np.random.SeedSequence]) -> Floats:
-        total = np.zeros((len(seeds), self.n_samples))
-        for start in range(0, len(seeds), BLOCK):
-            rows = slice(start, start + BLOCK)
-            for t, term in enumerate(self.terms):
-                total[rows] += term.draw([_spawned(seed, t) for seed in seeds[rows]])
-        return total
+    def fill(self, seeds: Sequence[np.random.SeedSequence], out: Floats) -> None:
+        self.terms[0].fill([_spawned(seed, 0) for seed in seeds], out)
+        extra = np.zeros((min(BLOCK, len(seeds)), self.n_samples))
+        for t, term in enumerate(self.terms[1:], start=1):
+            for start in range(0, len(seeds), BLOCK):
+                rows = out[start : start + BLOCK]
+                term.fill([_spawned(seed, t) for seed in seeds[start : start + BLOCK]], extra[: len(rows)])
+                rows += extra[: len(rows)]
 
 
 @register
@@ -318,10 +325,9 @@ class _ScaledSampler(Sampler):
         self.factor, self.inner = factor, inner
         self.n_samples, self.notes = inner.n_samples, inner.notes
 
-    def draw(self, seeds: Sequence[np.random.SeedSequence]) -> Floats:
-        values = self.inner.draw(seeds)
-        values *= self.factor
-        return values
+    def fill(self, seeds: Sequence[np.random.SeedSequence], out: Floats) -> None:
+        self.inner.fill(seeds, out)
+        out *= self.factor
 
 
 @register
@@ -364,10 +370,9 @@ class _MaskedSampler(Sampler):
         self.inner, self.outside = inner, ~mask
         self.n_samples, self.notes = inner.n_samples, inner.notes
 
-    def draw(self, seeds: Sequence[np.random.SeedSequence]) -> Floats:
-        values = self.inner.draw(seeds)
-        values[:, self.outside] = 0.0
-        return values
+    def fill(self, seeds: Sequence[np.random.SeedSequence], out: Floats) -> None:
+        self.inner.fill(seeds, out)
+        out[:, self.outside] = 0.0
 
 
 def _spawned(seed: np.random.SeedSequence, index: int) -> np.random.SeedSequence:

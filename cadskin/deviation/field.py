@@ -125,21 +125,16 @@ class _PatchwiseSampler(LinearSampler):
         starts = np.concatenate([[0], np.cumsum([len(patch.points) for patch in patches])]).astype(int)
         latents = np.concatenate([[0], np.cumsum([unit.latent for unit in unit_fields])]).astype(int)
         node_of_sample, used = _positions(patches, starts, len(scale))
-        super().__init__(node_of_sample, np.where(used, scale, 0.0), int(latents[-1]))
+        super().__init__(node_of_sample, np.where(used, scale, 0.0), int(latents[-1]), int(starts[-1]))
         self.fields = tuple(unit_fields)
         self.nodes_of = [slice(a, b) for a, b in pairwise(starts)]
         self.latent_of = [slice(a, b) for a, b in pairwise(latents)]
-        self.n_nodes = int(starts[-1])
         self.notes = tuple(unit.note for unit in unit_fields)
 
-    def nodes(self, noise: NDArray[np.float32]) -> NDArray[np.float32]:
+    def colour(self, noise: NDArray[np.float32], out: NDArray[np.float32]) -> None:
         """Sample every patch from its own part of the noise."""
-        if len(self.fields) == 1:
-            return self.fields[0].apply(noise)
-        out = np.zeros((len(noise), self.n_nodes), dtype=np.float32)
         for unit, nodes, latent in zip(self.fields, self.nodes_of, self.latent_of, strict=True):
-            out[:, nodes] = unit.apply(noise[:, latent])
-        return out
+            unit.apply(noise[:, latent], out[:, nodes])
 
 
 def _positions(patches: Sequence[PatchPoints], starts: Ints, n_samples: int) -> tuple[Ints, Bools]:

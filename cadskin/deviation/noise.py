@@ -63,10 +63,11 @@ class WhiteNoise(DeviationModel):
         """One normal number per node."""
         del features
         patches = smooth_patches(nominal)
-        return _NoiseSampler(patches.node_of_sample, np.full(nominal.n_samples, self.sigma), patches.n_nodes)
+        scale = np.full(nominal.n_samples, self.sigma)
+        return _NoiseSampler(patches.node_of_sample, scale, patches.n_nodes, patches.n_nodes)
 
 
 class _NoiseSampler(LinearSampler):
-    def nodes(self, noise: NDArray[np.float32]) -> NDArray[np.float32]:
+    def colour(self, noise: NDArray[np.float32], out: NDArray[np.float32]) -> None:
         """Take the noise as it is."""
-        return noise
+        out[:] = noise

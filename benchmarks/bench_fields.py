@@ -1,0 +1,100 @@
+"""Gaussian fields: set-up and time per further sample, against numpy's white noise of the same size.
+
+One thread, CPU seconds, noise included, both sides write into an array that is already there. Run
+
+    python benchmarks/bench_fields.py
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import time
+from collections.abc import Callable
+
+for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "NUMBA_NUM_THREADS"):
+    os.environ.setdefault(variable, "1")  # before numpy loads
+
+import numpy as np  # noqa: E402
+from scipy.spatial import Delaunay  # noqa: E402
+
+from cadskin.deviation import GaussianField, WhiteNoise  # noqa: E402
+from cadskin.shape import DiscreteShape, Face, NominalModel, Plane, Samples  # noqa: E402
+from cadskin.shape.nominal import build_features  # noqa: E402
+
+SIZE = (120.0, 80.0)
+
+
+def plane(count: int) -> NominalModel:
+    """Make an irregular mesh of a 120 x 80 mm rectangle with about ``count`` points."""
+    h = np.sqrt(SIZE[0] * SIZE[1] / count)
+    nx, ny = (round(side / h) + 1 for side in SIZE)
+    x, y = (
+        a.ravel() for a in np.meshgrid(*(np.linspace(0, s, n) for s, n in zip(SIZE, (nx, ny), strict=True)))
+    )
+    rng = np.random.default_rng(1)
+    inside = (x > 0) & (x < SIZE[0]) & (y > 0) & (y < SIZE[1])
+    x, y = (axis + 0.3 * h * inside * rng.uniform(-1, 1, len(axis)) for axis in (x, y))
+    triangles = Delaunay(np.column_stack([x, y])).simplices.astype(np.int64)
+    points = np.column_stack([x, y, np.zeros(len(x))])
+    normals = np.tile([0.0, 0.0, 1.0], (len(x), 1))
+    surface = DiscreteShape(points, triangles, np.zeros(len(triangles), dtype=np.int64))
+    face = Face(0, Plane([0, 0, 0], [0, 0, 1]), 9600.0, [60, 40, 0], [0, 0, 1], [[0, 0, 0], [120, 80, 0]])
+    samples = Samples(
+        vertex_ids=np.arange(len(x)),
+        face_ids=np.zeros(len(x)),
+        uv=points[:, :2],
+        normals=normals,
+        curvatures=np.zeros((len(x), 2)),
+        directions=np.tile(np.eye(3)[:2], (len(x), 1, 1)),
+        singular=np.zeros(len(x), dtype=bool),
+    )
+    return NominalModel(
+        surface, (face,), build_features(surface, [[0]], [face], samples, np.array([0, len(x)])), samples
+    )
+
+
+def best(work: Callable[..., object], *arguments: object, repeats: int = 3) -> float:
+    """Least CPU time of some runs."""
+    times = []
+    for _ in range(repeats):
+        start = time.process_time()
+        work(*arguments)
+        times.append(time.process_time() - start)
+    return min(times)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--points", type=int, nargs="+", default=[2_400, 10_000, 100_000])
+    parser.add_argument("--samples", type=int, default=64)
+    arguments = parser.parse_args()
+    models = {
+        "white": WhiteNoise(0.01),
+        "SE l=12": GaussianField(0.01, 12),
+        "SE l=12 two_level": GaussianField(0.01, 12, method="two_level"),
+        "Matern 5/2 l=12": GaussianField(0.01, 12, "matern52"),
+        "Matern 3/2 l=12": GaussianField(0.01, 12, "matern32"),
+    }
+    seeds = [np.random.SeedSequence(1, spawn_key=(i,)) for i in range(arguments.samples)]
+    for model in models.values():  # compile
+        model.sample(plane(1_000), size=2)
+    for count in arguments.points:
+        part = plane(count)
+        out = np.ones((arguments.samples, part.n_samples))
+        generator = np.random.default_rng(0)
+        reference = best(generator.standard_normal, None, np.float64, out) / arguments.samples
+        print(f"{part.n_samples} points: numpy white noise {reference * 1e3:.4f} ms per sample")
+        for label, model in models.items():
+            start = time.process_time()
+            sampler = model.prepare(part)
+            setup = time.process_time() - start
+            each = best(sampler.fill, seeds, out) / arguments.samples
+            print(
+                f"  {label:18s} set-up {setup:7.3f} s, {each * 1e3:8.4f} ms per sample, "
+                f"{reference / each:5.2f} x numpy's white noise; {'; '.join(sampler.notes)}"
+            )
+
+
+if __name__ == "__main__":
+    main()
