@@ -48,7 +48,7 @@ def _answer(task: str, arguments: dict[str, Any], progress: Any) -> tuple[str, A
         except MemoryError:
             answer = ("memory", None)
         except Exception as error:  # the kernel's own, or a defect of ours: the parent names the file
-            answer = ("failure", f"{type(error).__name__}: {error}")
+            answer = ("failure", f"{type(error).__name__}: {' '.join(str(error).split())[:300]}")
     told = [str(w.message) for w in caught if issubclass(w.category, CadskinWarning)]
     return (*answer, told)
 

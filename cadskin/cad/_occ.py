@@ -33,6 +33,7 @@ __all__ = [
     "to_face",
     "to_solid",
     "to_vertex",
+    "words_of",
     "xyz",
 ]
 
@@ -118,6 +119,11 @@ def compound_of(shapes: Iterable[Any]) -> Any:
     for shape in shapes:
         builder.Add(compound, shape)
     return compound
+
+
+def words_of(problem: BaseException) -> str:
+    """Return what a kernel exception says, on one line."""
+    return " ".join(str(problem).split())[:200] or type(problem).__name__
 
 
 @contextmanager

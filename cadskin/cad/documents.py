@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import re
 from pathlib import Path
 
 from OCP.BinTools import BinTools
@@ -13,7 +14,7 @@ from OCP.TopoDS import TopoDS_Shape
 
 from cadskin._progress import report
 from cadskin._typing import Progress
-from cadskin.cad._occ import quiet
+from cadskin.cad._occ import quiet, words_of
 from cadskin.cad.filekind import cad_file
 from cadskin.cad.part import CadPart, with_unique_names
 from cadskin.cad.solids import parts_of_shape
@@ -23,6 +24,8 @@ from cadskin.errors import ReadError
 from cadskin.shape.nominal import Source
 
 __all__ = ["read_parts"]
+
+_BREP_END = re.compile(rb"[-+ie]\d+\s+\d+\s*$")  # orientation, number and location of the whole shape
 
 
 def read_parts(
@@ -75,14 +78,20 @@ def read_parts(
 
 
 def _read_brep(path: Path, source: Source, *, allow_open: bool) -> tuple[CadPart, ...]:
+    content = path.read_bytes()
+    binary = content[:200].lstrip().startswith(b"Open CASCADE Topology")
+    if not binary and not (b"TShapes" in content and _BREP_END.search(content[-200:])):
+        raise ReadError(f"{path.name} cannot be read as BREP: it is truncated; export it again")
     shape = TopoDS_Shape()
     try:
-        if path.read_bytes()[:200].lstrip().startswith(b"Open CASCADE Topology"):
+        if binary:
             BinTools.Read_s(shape, str(path))
         else:
             BRepTools.Read_s(shape, str(path), BRep_Builder())
     except Standard_Failure as problem:
-        raise ReadError(f"{path.name} cannot be read as BREP: the kernel says {problem}") from problem
+        raise ReadError(
+            f"{path.name} cannot be read as BREP: the kernel says {words_of(problem)}"
+        ) from problem
     if shape.IsNull():
-        raise ReadError(f"{path.name} cannot be read as BREP: it is damaged or truncated; export it again")
+        raise ReadError(f"{path.name} cannot be read as BREP: it is damaged; export it again")
     return parts_of_shape(shape, name=path.stem, source=source, where=path.name, allow_open=allow_open)

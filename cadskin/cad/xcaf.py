@@ -20,7 +20,7 @@ from OCP.TopLoc import TopLoc_Location
 from OCP.XCAFApp import XCAFApp_Application
 from OCP.XCAFDoc import XCAFDoc_ColorType, XCAFDoc_DocumentTool, XCAFDoc_ShapeTool
 
-from cadskin.cad._occ import compound_of, faces_of, label_sequence, solids_of
+from cadskin.cad._occ import compound_of, faces_of, label_sequence, solids_of, words_of
 from cadskin.cad.part import CadPart
 from cadskin.cad.solids import Repaired, loose_faces, repaired, sewn
 from cadskin.cad.step_text import StepText, unit_word
@@ -42,10 +42,9 @@ class _Leaf:
     path: tuple[str, ...]
     colour: str | None
 
-    @property
-    def name(self) -> str:
-        """The nearest name that says something."""
-        return next((name for name in reversed(self.path) if not _is_generic(name)), "part")
+    def name(self, file: Path) -> str:
+        """Return the nearest name that says something, or that of the file."""
+        return next((name for name in reversed(self.path) if not _is_generic(name)), file.stem)
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +103,9 @@ def _transfer(reader: Any, path: Path, what: str) -> Any:
         status = reader.ReadFile(str(path))
         done = status == IFSelect_ReturnStatus.IFSelect_RetDone and reader.Transfer(document)
     except Standard_Failure as problem:
-        raise ReadError(f"{path.name} cannot be read as {what}: the kernel says {problem}") from problem
+        raise ReadError(
+            f"{path.name} cannot be read as {what}: the kernel says {words_of(problem)}"
+        ) from problem
     if not done:
         raise ReadError(
             f"{path.name} cannot be read as {what} ({status.name.removeprefix('IFSelect_')}): "
@@ -170,7 +171,7 @@ def _name(label: Any) -> str:
 
 
 def _is_generic(name: str) -> bool:
-    return name.upper() in _GENERIC_NAMES or name.startswith("=>[")
+    return name.upper() in _GENERIC_NAMES or name.startswith(("=>[", "Open CASCADE "))
 
 
 # --- parts ------------------------------------------------------------------------------------------------
@@ -195,7 +196,7 @@ def _parts(held: _Document, path: Path, source: Source, *, allow_open: bool) -> 
                 replace(
                     one,
                     shape=one.shape.Moved(leaf.location),
-                    name=leaf.name,
+                    name=leaf.name(path),
                     path=_telling(leaf.path),
                     notes=(*notes, *one.notes),
                     face_colours=tuple(c or leaf.colour for c in one.face_colours),
@@ -212,8 +213,8 @@ def _sewn_parts(
     own = [face for leaf in leaves for face in faces_of(leaf.shape)]
     if not own:
         raise GeometryError(f"{path.name} holds no solid and no surface, nothing that can be meshed")
-    name = next((leaf.name for leaf in leaves if faces_of(leaf.shape)), "part")
-    whole = _Leaf(None, compound_of(own), TopLoc_Location(), (name,), None)
+    first = next(leaf for leaf in leaves if faces_of(leaf.shape))
+    whole = _Leaf(None, compound_of(own), TopLoc_Location(), (first.name(path),), None)
     return tuple(
         _part(held, whole, None, done, source, own_faces=own)
         for done in sewn(placed, where=path.name, allow_open=allow_open)
@@ -237,7 +238,7 @@ def _part(
     numbers = [held.step_ids.get(entity) for entity in entities]
     colours = [_shape_colour(held, face) or whole for face in faces]
     return CadPart(
-        name=leaf.name,
+        name=leaf.path[-1],
         shape=done.shape,
         source=source,
         face_names=_follow(names, done.origin),

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, TypeAlias, cast
 
 import numpy as np
 
@@ -98,8 +98,9 @@ class FaceMatch:
     old : int
         Position in the old fingerprints.
     status : {"matched", "moved", "ambiguous", "lost"}
-        ``matched``: the same place and size. ``moved``: one face only can be it, at another place or with
-        another outline. ``ambiguous``: several could be it. ``lost``: none.
+        ``matched``: the same place and size. ``moved``: one face only can be it, with another outline on the
+        same plane or cylinder, or else of the same size elsewhere. ``ambiguous``: several could be it.
+        ``lost``: none.
     new : int or None
         Index of the new face where the status is matched or moved.
     candidates : tuple of int
@@ -168,12 +169,14 @@ def match_faces(
     apart = np.array([[a.distance(b) for b in now] for a in old])
     here: Bools = np.asarray(apart <= limit)
     missing: Bools = np.asarray(~here.any(axis=1))
-    free: Bools = np.asarray(~here.any(axis=0))
-    alike = np.array([[_alike(a, b, limit) for b in now] for a in old]) & missing[:, None] & free[None, :]
-    return tuple(
-        _verdict(i, alike if missing[i] else here, "moved" if missing[i] else "matched")
-        for i in range(len(old))
-    )
+    claims, status = here.copy(), ["matched"] * len(old)
+    for test in (_same_surface, _same_size):
+        free: Bools = np.asarray(~claims.any(axis=0))
+        found = np.array([[test(a, b, limit) for b in now] for a in old]) & missing[:, None] & free[None, :]
+        claims |= found
+        for i in np.flatnonzero(found.any(axis=1)):
+            missing[i], status[i] = False, "moved"
+    return tuple(_verdict(i, claims, cast("MatchStatus", status[i])) for i in range(len(old)))
 
 
 def _verdict(i: int, claims: Bools, status: MatchStatus) -> FaceMatch:
@@ -186,16 +189,11 @@ def _verdict(i: int, claims: Bools, status: MatchStatus) -> FaceMatch:
     return FaceMatch(i, status, new=candidates[0], candidates=candidates)
 
 
-def _alike(a: FaceFingerprint, b: FaceFingerprint, limit: float) -> bool:
-    """Return True if b can be a at another place (same size) or with another outline (same surface)."""
+def _same_surface(a: FaceFingerprint, b: FaceFingerprint, limit: float) -> bool:
+    """Return True if two faces lie on one plane or cylinder, whatever their outlines."""
     if a.kind != b.kind or a.internal != b.internal:
         return False
     extent = float(np.sqrt(max(a.area, b.area)))
-    radii = [x - y for x, y in ((a.radius, b.radius), (a.size, b.size)) if x is not None and y is not None]
-    if any(abs(r) > limit for r in radii):
-        return False
-    if abs(a.area**0.5 - b.area**0.5) <= limit:
-        return True
     apart = np.subtract(a.centre, b.centre)
     if a.kind == "plane":
         turned = extent * float(np.linalg.norm(np.subtract(a.normal, b.normal)))
@@ -204,6 +202,14 @@ def _alike(a: FaceFingerprint, b: FaceFingerprint, limit: float) -> bool:
         across = apart - (apart @ np.asarray(a.axis)) * np.asarray(a.axis)
         return float(np.linalg.norm([*_differences(a, b, extent), *across])) <= limit
     return False
+
+
+def _same_size(a: FaceFingerprint, b: FaceFingerprint, limit: float) -> bool:
+    """Return True if two faces have one kind, area and radius, wherever they are."""
+    if a.kind != b.kind or a.internal != b.internal:
+        return False
+    pairs = ((a.area**0.5, b.area**0.5), (a.radius, b.radius), (a.size, b.size))
+    return all(abs(x - y) <= limit for x, y in pairs if x is not None and y is not None)
 
 
 def _differences(a: FaceFingerprint, b: FaceFingerprint, extent: float) -> list[float]:
