@@ -129,9 +129,10 @@ class MeshCheck:
             (len(self.misoriented_edges), "edges whose triangles disagree in orientation"),
             (len(self.degenerate_triangles), "triangles without area"),
             (len(self.open_edges) if solid else 0, "open edges"),
-            (int(self.n_triangles == 0), "mesh without triangles"),
         ]
         lines = [f"{count} {what}" for count, what in found if count]
+        if not self.n_triangles:
+            lines.append("no triangles")
         if solid and self.closed and self.volume <= 0:
             lines.append(f"oriented inward (volume {self.volume:.6g} mm³)")
         return tuple(lines)

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numba import njit
 from scipy.optimize import minimize
 
 from cadskin.shape.check import inverted_triangles
@@ -29,8 +30,9 @@ if TYPE_CHECKING:
 __all__ = ["unfold"]
 
 ENOUGH = 0.02  # part of the nominal area that a triangle keeps
-_ROUNDS = 8
-_FIRST_RINGS = 3
+_RINGS = (3, 8, 24)  # of triangles around a fold that may slide, in successive attempts
+_ROUNDS = 10
+_ITERATIONS = 50
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,15 +65,13 @@ def unfold(surface: DiscreteShape, displacement: Vectors, free: Floats) -> Vecto
         [mm]. Folds that no slide removes stay; `weld_report` counts them.
     """
     moved = np.array(displacement)
-    rings = _FIRST_RINGS
-    for _ in range(_ROUNDS):
+    for rings in _RINGS:
         folded = inverted_triangles(surface.points + moved, surface.points, surface.triangles, tol=ENOUGH)
         if not folded.any():
             break
         region = _region(surface, folded, free, rings)
         before = moved[region.vertices]
         moved[region.vertices] = before + _slide(region, before)
-        rings *= 2
     return moved
 
 
@@ -99,69 +99,81 @@ def _region(surface: DiscreteShape, folded: Bools, free: Floats, rings: int) -> 
 
 
 def _slide(region: _Region, displacement: Vectors) -> Vectors:
-    """Minimise the energy over the free moves, eps falling with the worst determinant."""
+    """Minimise the energy over the free moves; eps falls with the worst determinant, while that improves."""
     move = np.zeros_like(displacement)
+    weight = region.areas / region.areas.mean()
+    worst, idle = _worst_determinant(region, displacement), 0
     for _ in range(_ROUNDS):
-        worst = float(_determinants(region, displacement + move).min())
-        if worst > 2 * ENOUGH:
+        if worst > 2 * ENOUGH or idle == 2:
             break
         epsilon = np.sqrt(1e-4 + 0.04 * min(worst, 0.0) ** 2)
         found = minimize(
             _energy,
             move.ravel(),
-            args=(region, displacement, epsilon),
+            args=(region, displacement, weight, epsilon),
             jac=True,
             method="L-BFGS-B",
-            options={"maxiter": 60, "maxcor": 12},
+            options={"maxiter": _ITERATIONS, "maxcor": 12},
         )
-        move = np.einsum("kij,kj->ki", region.free, found.x.reshape(-1, 3))
+        candidate = np.einsum("kij,kj->ki", region.free, found.x.reshape(-1, 3))
+        reached = _worst_determinant(region, displacement + candidate)
+        idle = 0 if reached > worst + 0.05 * abs(worst) else idle + 1
+        move, worst = candidate, reached
     return move
 
 
-def _jacobians(region: _Region, displacement: Vectors) -> Floats:
-    """Jacobian (t, 2, 2) of the move in each triangle's plane: identity + gradient of the displacement."""
+def _worst_determinant(region: _Region, displacement: Vectors) -> float:
+    """Smallest determinant of the moves of the triangles, each seen in its nominal plane."""
     in_plane = np.einsum("tai,tki->tka", region.frames, displacement[region.triangles])
-    return np.asarray(np.eye(2) + np.einsum("tka,tkb->tab", in_plane, region.gradients))
+    jacobian = np.eye(2) + np.einsum("tka,tkb->tab", in_plane, region.gradients)
+    return float(np.linalg.det(jacobian).min())
 
 
-def _determinants(region: _Region, displacement: Vectors) -> Floats:
-    jacobian = _jacobians(region, displacement)
-    return np.asarray(jacobian[:, 0, 0] * jacobian[:, 1, 1] - jacobian[:, 0, 1] * jacobian[:, 1, 0])
-
-
-def _energy(move: Floats, region: _Region, displacement: Vectors, epsilon: float) -> tuple[float, Floats]:
+def _energy(
+    move: Floats, region: _Region, displacement: Vectors, weight: Floats, epsilon: float
+) -> tuple[float, Floats]:
     """Value and gradient of the regularised energy, per mean area."""
-    free_move = np.einsum("kij,kj->ki", region.free, move.reshape(-1, 3))
-    jacobian = _jacobians(region, displacement + free_move)
-    determinant = jacobian[:, 0, 0] * jacobian[:, 1, 1] - jacobian[:, 0, 1] * jacobian[:, 1, 0]
-    root = np.sqrt(determinant**2 + epsilon**2)
-    chi = np.where(
-        determinant > 0,
-        0.5 * (determinant + root),
-        0.5 * epsilon**2 / np.where(determinant > 0, 1.0, root - determinant),
+    moved = displacement + np.einsum("kij,kj->ki", region.free, move.reshape(-1, 3))
+    gradient = np.zeros_like(moved)
+    value = _energy_kernel(
+        moved, region.triangles, region.gradients, region.frames, weight, epsilon, gradient
     )
-    chi_slope = chi / root
-    squares = (jacobian**2).sum(axis=(1, 2))
-    weight = region.areas / region.areas.mean()
-    value = float((weight * squares / chi).sum())
-    cofactor = np.stack(
-        [
-            np.stack([jacobian[:, 1, 1], -jacobian[:, 1, 0]], axis=1),
-            np.stack([-jacobian[:, 0, 1], jacobian[:, 0, 0]], axis=1),
-        ],
-        axis=1,
-    )
-    by_jacobian = weight[:, None, None] * (
-        2 * jacobian / chi[:, None, None] - (squares * chi_slope / chi**2)[:, None, None] * cofactor
-    )
-    by_corner = np.einsum("tai,tab,tkb->tki", region.frames, by_jacobian, region.gradients)
-    gradient = np.stack(
-        [
-            np.bincount(
-                region.triangles.ravel(), weights=by_corner[..., i].ravel(), minlength=len(region.vertices)
-            )
-            for i in range(3)
-        ],
-        axis=1,
-    )
-    return value, np.einsum("kij,kj->ki", region.free, gradient).ravel()
+    return float(value), np.einsum("kij,kj->ki", region.free, gradient).ravel()
+
+
+@njit(cache=True)
+def _energy_kernel(moved, triangles, gradients, frames, weight, epsilon, gradient):  # type: ignore[no-untyped-def]
+    """Sum up ``weight |J|² / chi(det J)`` and add its derivative by the moves to ``gradient``."""
+    total = 0.0
+    jacobian = np.zeros((2, 2))
+    for t in range(len(triangles)):
+        for a in range(2):
+            for b in range(2):
+                jacobian[a, b] = 1.0 if a == b else 0.0
+            for k in range(3):
+                v = triangles[t, k]
+                along = (
+                    frames[t, a, 0] * moved[v, 0]
+                    + frames[t, a, 1] * moved[v, 1]
+                    + frames[t, a, 2] * moved[v, 2]
+                )
+                jacobian[a, 0] += along * gradients[t, k, 0]
+                jacobian[a, 1] += along * gradients[t, k, 1]
+        determinant = jacobian[0, 0] * jacobian[1, 1] - jacobian[0, 1] * jacobian[1, 0]
+        squares = jacobian[0, 0] ** 2 + jacobian[0, 1] ** 2 + jacobian[1, 0] ** 2 + jacobian[1, 1] ** 2
+        root = np.sqrt(determinant**2 + epsilon**2)
+        # (D + root) / 2, without the loss of digits for D < 0
+        chi = 0.5 * (determinant + root) if determinant > 0 else 0.5 * epsilon**2 / (root - determinant)
+        total += weight[t] * squares / chi
+        of_jacobian = 2.0 * weight[t] / chi
+        of_determinant = -weight[t] * squares / (chi * root)  # chi' = chi / root
+        for a in range(2):
+            sign = 1.0 if a == 0 else -1.0
+            by_0 = of_jacobian * jacobian[a, 0] + sign * of_determinant * jacobian[1 - a, 1]
+            by_1 = of_jacobian * jacobian[a, 1] - sign * of_determinant * jacobian[1 - a, 0]
+            for k in range(3):
+                by_move = by_0 * gradients[t, k, 0] + by_1 * gradients[t, k, 1]
+                v = triangles[t, k]
+                for i in range(3):
+                    gradient[v, i] += by_move * frames[t, a, i]
+    return total

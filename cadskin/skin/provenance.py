@@ -70,13 +70,19 @@ class Provenance:
 
 
 def provenance_of(
-    nominal: NominalModel, model: str, seed: np.random.SeedSequence | None, **options: Any
+    nominal: NominalModel,
+    model: str,
+    seed: np.random.SeedSequence | None,
+    *,
+    index: int | None = None,
+    **options: Any,
 ) -> Provenance:
-    """Return the provenance of samples of ``model`` on ``nominal``."""
+    """Return the provenance of samples of ``model`` on ``nominal``; ``options`` are kept as they are."""
     return Provenance(
         model=model,
         seed=None if seed is None else _entropy(seed),
         spawn_key=() if seed is None else tuple(int(k) for k in seed.spawn_key),
+        index=index,
         options=options,
         source=asdict(nominal.source),
         nominal_sha256=nominal_sha256(nominal),

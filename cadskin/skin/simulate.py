@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from cadskin._typing import Floats, Progress, RNGLike
     from cadskin.shape import NominalModel
 
-__all__ = ["simulate", "simulate_ensemble"]
+__all__ = ["child_seed", "simulate", "simulate_ensemble"]
 
 _BLOCK = 16  # samples drawn at once; the result does not depend on it
 
@@ -130,7 +130,7 @@ def _drawn(
         sampler = model.prepare(nominal)
         for start in range(0, size, _BLOCK):
             numbers = range(start, min(start + _BLOCK, size))
-            yield start, sampler.draw([_child(seed, i) for i in numbers])
+            yield start, sampler.draw([child_seed(seed, i) for i in numbers])
         return
     try:
         values = np.asarray(model, dtype=np.float64)
@@ -143,6 +143,6 @@ def _drawn(
         yield i, field[None, :]
 
 
-def _child(seed: np.random.SeedSequence, index: int) -> np.random.SeedSequence:
-    """Child ``index`` of a seed sequence, without spawning (see `cadskin._random.child`)."""
+def child_seed(seed: np.random.SeedSequence, index: int) -> np.random.SeedSequence:
+    """Return child ``index`` of a seed sequence, without spawning (see `cadskin._random.child`)."""
     return np.random.SeedSequence(seed.entropy, spawn_key=(*seed.spawn_key, index), pool_size=seed.pool_size)
