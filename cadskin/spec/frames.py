@@ -53,8 +53,6 @@ def _zone_words(zone: ToleranceZone) -> list[str]:
         words.append(f"Ⓟ {number(zone.projected)}")
     if zone.maximum is not None:
         words.append(f"{number(zone.maximum)} MAX")
-    if zone.combined is not None:
-        words.append("CZ" if zone.combined else "SZ")
     return words
 
 

@@ -53,7 +53,7 @@ DATUM_MODIFIERS: dict[str, tuple[str, tuple[str, ...]]] = {
     "ANY_CROSS_SECTION": ("ACS", ("ACS",)),
     "ANY_LONGITUDINAL_SECTION": ("ALS", ("ALS",)),
     "BASIC": ("BSC", ("BSC",)),
-    "CIRCULAR": ("CF", ()),
+    "CIRCULAR_OR_CYLINDRICAL": ("⌀", ("CIRCULAR", "CYLINDRICAL")),
     "CONTACTING_FEATURE": ("CF", ("CF",)),
     "DEGREE_OF_FREEDOM_CONSTRAINT_U": ("u", ()),
     "DEGREE_OF_FREEDOM_CONSTRAINT_V": ("v", ()),

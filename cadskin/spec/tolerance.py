@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import isfinite
 from typing import Any, Literal, TypeAlias, get_args
 
@@ -88,6 +88,22 @@ class Tolerance:
         if self.value is not None and not (isfinite(self.value) and self.value >= 0):
             raise SpecificationError(
                 f"tolerance {self.id} ({self.type}): value must be finite and not negative, got {self.value}"
+            )
+
+        self._couple_combined_zone()
+
+    def _couple_combined_zone(self) -> None:
+        """Keep the modifier CZ or SZ and the zone's ``combined`` in step: they say the same."""
+        names = {"COMMON_ZONE": True, "SEPARATE_ZONE": False}
+        stated = [names[word] for word in self.modifiers if word in names]
+        if stated and self.zone.combined is None:
+            object.__setattr__(self, "zone", replace(self.zone, combined=stated[0]))
+        elif not stated and self.zone.combined is not None:
+            word = "COMMON_ZONE" if self.zone.combined else "SEPARATE_ZONE"
+            object.__setattr__(self, "modifiers", (*self.modifiers, word))
+        elif stated and any(flag != self.zone.combined for flag in stated):
+            raise SpecificationError(
+                f"tolerance {self.id} ({self.type}): its zone is both common and separate"
             )
 
     @property

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import os
 import re
-import tempfile
 from collections.abc import Mapping
 from dataclasses import replace
 from math import degrees, radians
 from pathlib import Path
 from typing import Any
 
-from cadskin.errors import ExportError, SpecificationError
+from cadskin.errors import SpecificationError
 from cadskin.spec.constructors import tolerance as construct
 from cadskin.spec.datums import Datum, DatumTarget
 from cadskin.spec.dimension import Dimension, clean_sum
+from cadskin.spec.files import write_text_file
 from cadskin.spec.fits import fit_deviations
 from cadskin.spec.modifiers import TOLERANCE_MODIFIERS
 from cadskin.spec.selection import FeatureSelection
@@ -63,20 +62,7 @@ def write_spec(path: str | Path, spec: Specification) -> Path:
     ExportError
         The folder is missing, or nothing can be written there.
     """
-    target = Path(path)
-    text = to_toml(spec)
-    try:
-        handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.", suffix=".part")
-        try:
-            with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as stream:
-                stream.write(text)
-            Path(name).replace(target)
-        except BaseException:
-            Path(name).unlink(missing_ok=True)
-            raise
-    except OSError as error:
-        raise ExportError(f"cannot write {target}: {error.strerror or error}") from error
-    return target
+    return write_text_file(path, to_toml(spec))
 
 
 # -- TOML --------------------

@@ -11,12 +11,12 @@ from cadskin.errors import SpecificationError
 __all__ = ["AreaShape", "AreaUnit", "ToleranceZone", "ZoneShape"]
 
 ZoneShape: TypeAlias = Literal["width", "diameter", "spherical_diameter"]
-AreaShape: TypeAlias = Literal["square", "rectangular", "circular"]
+AreaShape: TypeAlias = Literal["square", "rectangular", "circular", "cylindrical", "spherical"]
 
 
 @dataclass(frozen=True)
 class AreaUnit:
-    """A restricted area, anywhere on the feature: ``square`` (side), ``rectangular`` or ``circular`` [mm]."""
+    """A restricted area, anywhere on the feature: its shape (AP242 ``area_unit_type``) and size [mm]."""
 
     shape: AreaShape = "square"
     size: float | None = None

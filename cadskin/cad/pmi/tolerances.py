@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from dataclasses import replace
 from functools import cached_property
-from typing import Any
+from typing import Any, get_args
 
 from cadskin.cad.pmi.aspects import SIZES, Aspects, Resolved
 from cadskin.cad.pmi.datums import DatumReader
@@ -234,7 +234,13 @@ class ToleranceReader:
         for number in self.file.of_type("GEOMETRIC_TOLERANCE_RELATIONSHIP"):
             upper, lower = self.graph.reference(number, 2), self.graph.reference(number, 3)
             name = self.graph.label(number, "GEOMETRIC_TOLERANCE_RELATIONSHIP").strip().lower()
-            if upper is not None and lower is not None and upper != lower and "simultan" not in name:
+            # The other relations, precedence and simultaneity, leave the frames side by side.
+            if (
+                upper is not None
+                and lower is not None
+                and upper != lower
+                and (not name or "composite" in name)
+            ):
                 found[lower] = f"#{upper}"
         return found
 
@@ -274,14 +280,8 @@ class ToleranceReader:
             given["per_length"] = unit
             return
         word = str(area[0]).lower() if isinstance(area[0], Enumeration) else "square"
+        shape: AreaShape = next((kind for kind in get_args(AreaShape) if kind == word), "square")
         second = self.graph.measure(area[1]) if len(area) > 1 else None
-        shape: AreaShape = (
-            "rectangular"
-            if word.startswith("rect")
-            else "circular"
-            if word.startswith(("circ", "cyl"))
-            else "square"
-        )
         given["per_area"] = AreaUnit(shape, unit, None if second is None else second.value)
 
     def _zone_definition(self, number: int, given: dict[str, Any], notes: list[str]) -> None:

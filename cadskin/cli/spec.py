@@ -1,0 +1,73 @@
+"""``cadskin spec``: the tolerances of a part, from its PMI or a spec file, as TOML, table or JSON."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from cadskin.cli._console import note, print_json, print_table, status
+from cadskin.cli._options import Json, Part, TimeLimit, positive
+from cadskin.errors import SpecificationError
+
+if TYPE_CHECKING:
+    from cadskin.spec import Specification
+
+_FILE = typer.Argument(
+    metavar="FILE", help="STEP file with PMI (AP242), or a spec file (.toml).", show_default=False
+)
+
+
+def command(
+    path: Annotated[Path, _FILE],
+    table: Annotated[bool, typer.Option("--table", help="Feature control frames, faces, units.")] = False,
+    json: Json = False,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="FILE", help="Write the spec file there.", show_default=False),
+    ] = None,
+    part: Part = None,
+    time_limit: TimeLimit = 300.0,
+) -> None:
+    """Show the tolerances of a part: as a spec file to edit (TOML), --table or --json.
+
+    What could not be tied to faces is listed with its reason; nothing is left out silently.
+    """
+    if table and json:
+        raise SpecificationError("--table and --json exclude each other: give one of them")
+    spec = _read(path, part, time_limit)
+    if output is not None:
+        from cadskin.spec import write_spec
+
+        note(f"wrote {write_spec(output, spec)}")
+    if json:
+        print_json(spec.to_dict())
+    elif table:
+        _print_tables(spec)
+    elif output is None:
+        sys.stdout.write(spec.to_toml())
+    if not table and not json:
+        for item in spec.unresolved:
+            note(f"{path.name} {item.entity} ({item.kind}) is unresolved: {item.reason}")
+
+
+def _read(path: Path, part: str | None, time_limit: float) -> Specification:
+    if path.suffix.lower() == ".toml":
+        from cadskin.spec import read_spec
+
+        return read_spec(path)
+    from cadskin.cad import read_pmi
+
+    limit = None if time_limit == 0 else positive(time_limit, "--time-limit", unit="seconds")
+    with status(f"reading {path.name}"):
+        return read_pmi(path, part, time_limit=limit)
+
+
+def _print_tables(spec: Specification) -> None:
+    from cadskin.spec.table import rows
+
+    for title, heads, body in rows(spec):
+        if body:
+            print_table(f"{title} ({len(body)})", heads, body)
