@@ -25,10 +25,13 @@ __all__ = ["COMMANDS", "main"]
 
 # Command -> module that holds its function ``command``; loaded only when it is asked for.
 COMMANDS = {
+    "convert": "cadskin.cli.convert",
     "info": "cadskin.cli.info",
     "faces": "cadskin.cli.faces",
     "mesh": "cadskin.cli.mesh",
+    "spec": "cadskin.cli.spec",
     "doctor": "cadskin.cli.doctor",
+    "evaluate": "cadskin.cli.evaluate",
 }
 
 EXIT_DEFECT = 70

@@ -1,1 +1,45 @@
+"""Verification: characteristics of ISO 1101 with minimum zones, datum systems and certificates."""
 
+from __future__ import annotations
+
+from cadskin.verify.cases import Case, evaluate_case, read_case
+from cadskin.verify.datums import DatumFeature, DatumFrame, EstablishedDatum, establish, establish_one
+from cadskin.verify.evaluation import Evaluation
+from cadskin.verify.form import cylindricity, flatness, form, roundness, straightness
+from cadskin.verify.location import MaterialReport, Target, material_report, position, symmetry
+from cadskin.verify.median import median_line, median_points
+from cadskin.verify.orientation import orientation
+from cadskin.verify.profile import bezier_closest, profile
+from cadskin.verify.runout import runout
+from cadskin.verify.size import global_size, local_diameters, rank
+
+__all__ = [
+    "Case",
+    "DatumFeature",
+    "DatumFrame",
+    "EstablishedDatum",
+    "Evaluation",
+    "MaterialReport",
+    "Target",
+    "bezier_closest",
+    "cylindricity",
+    "establish",
+    "establish_one",
+    "evaluate_case",
+    "flatness",
+    "form",
+    "global_size",
+    "local_diameters",
+    "material_report",
+    "median_line",
+    "median_points",
+    "orientation",
+    "position",
+    "profile",
+    "rank",
+    "read_case",
+    "roundness",
+    "runout",
+    "straightness",
+    "symmetry",
+]

@@ -7,9 +7,9 @@ from cadskin.shape.association.minimax import Minimax, minimax
 from cadskin.shape.association.models import (
     CompositeModel,
     DistanceModel,
-    FreeformModel,
     Patch,
     SurfaceModel,
+    concatenate,
 )
 from cadskin.shape.association.pose import Pose, frame_about, rotation
 from cadskin.shape.association.result import Association, Certificate, Circle, Criterion, Kind, Line
@@ -22,7 +22,6 @@ __all__ = [
     "CompositeModel",
     "Criterion",
     "DistanceModel",
-    "FreeformModel",
     "Kind",
     "Line",
     "Minimax",
@@ -30,6 +29,7 @@ __all__ = [
     "Pose",
     "SurfaceModel",
     "associate",
+    "concatenate",
     "frame_about",
     "minimax",
     "rotation",

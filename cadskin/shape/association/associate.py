@@ -177,7 +177,7 @@ def _least_squares(
     """Return the least-squares pose."""
     family = _FAMILIES[kind]
     centre, directions, spread = principal_axes(local)
-    _refuse_degenerate(kind, spread, local)
+    _refuse_degenerate(kind, spread, local, fixed=fixed)
     if start is not None:
         begin = Pose(start.origin - base, start.axes, start.shape)
         return fit(local, family.kind, begin, squares).tidy()
@@ -229,7 +229,7 @@ def _profile_line_pose(
     return Pose(centre, frame_about(up, section), np.zeros(2))
 
 
-def _refuse_degenerate(kind: Kind, spread: Floats, local: Points) -> None:
+def _refuse_degenerate(kind: Kind, spread: Floats, local: Points, *, fixed: bool) -> None:
     largest = float(np.abs(local).max())
     if spread[0] <= 4 * _EPS * max(largest, 1.0):
         raise AssociationError(f"all points coincide; a {kind} cannot be associated")
@@ -237,7 +237,7 @@ def _refuse_degenerate(kind: Kind, spread: Floats, local: Points) -> None:
         return
     if spread[1] <= 1e-12 * spread[0]:
         raise AssociationError(f"the points are collinear; a {kind} cannot be associated")
-    if kind in ("sphere", "cylinder", "cone", "torus") and spread[2] <= 1e-12 * spread[0]:
+    if kind in ("sphere", "cylinder", "cone", "torus") and not fixed and spread[2] <= 1e-12 * spread[0]:
         raise AssociationError(f"the points lie in one plane; a {kind} is not determined by them")
 
 

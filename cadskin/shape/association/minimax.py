@@ -29,7 +29,7 @@ import numpy as np
 
 from cadskin.errors import AssociationError
 from cadskin.shape.association._kernels import linear_program
-from cadskin.shape.association.polish import Contact, Problem, contact_is_unique, polish
+from cadskin.shape.association.polish import Contact, Problem, contact_is_unique, lower_nearby, polish
 
 if TYPE_CHECKING:
     from cadskin._typing import Floats, Ints
@@ -126,6 +126,8 @@ def minimax(
     distances = model.distances(start)
     if not np.isfinite(distances).all():
         raise AssociationError("the distances are not finite at the start of the association")
+    if not free:
+        return _without_freedom(start, distances, mode)
     length = max(model.length(start), _EPS)
     rounding = 16 * _EPS * length
     problem = Problem(model, free, _GROUPS[mode], length)
@@ -156,6 +158,31 @@ def minimax(
         unique=contact_is_unique(sub, contact, rounding),
         certified=bool(contact.kkt <= 1e-9 and (reach - contact.offsets).max() <= 4 * rounding),
         iterations=iterations,
+    )
+
+
+def _without_freedom(pose: Pose, distances: Floats, mode: Mode) -> Minimax:
+    """Return the value where nothing can move: an evaluation in closed form."""
+    high, low = int(np.argmax(distances)), int(np.argmin(distances))
+    top, bottom = float(distances[high]), -float(distances[low])
+    if mode == "zone":
+        value, active, sides = top + bottom, [high, low], [1, -1]
+    elif mode == "upper" or (mode == "symmetric" and top >= bottom):
+        value, active, sides = top, [high], [1]
+    else:
+        value, active, sides = bottom, [low], [-1]
+    return Minimax(
+        pose=pose,
+        value=value,
+        distances=distances,
+        active=np.array(active),
+        sides=np.array(sides),
+        multipliers=np.ones(len(active)),
+        kkt=0.0,
+        violation=0.0,
+        unique=True,
+        certified=True,
+        iterations=0,
     )
 
 
@@ -197,7 +224,13 @@ def _solve(problem: Problem, pose: Pose, *, trust: float | None, max_iterations:
         guess = Contact(pose, offsets, rows, sides, multipliers, np.inf)
         polished = polish(problem, guess, rounding)
         if polished is not None and polished.offsets.sum() <= offsets.sum() + rounding:
-            return polished, iteration
+            better = lower_nearby(problem, polished)
+            if better is None:
+                return polished, iteration
+            pose = better
+            values, jacobian = problem.rows(pose)
+            offsets = problem.offsets(values)
+            continue
         predicted = -float(step[problem.n_free :].sum())
         if predicted <= rounding and boxed <= 1e-9:
             return problem.measured(guess), iteration

@@ -1,10 +1,10 @@
-"""Distance models: points against an ideal surface, against several of them, or against a given function."""
+"""Distance models: points against one ideal surface, or against patches that move together."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, TypeAlias
 
 import numpy as np
 
@@ -12,9 +12,21 @@ from cadskin.shape.association import _kernels
 from cadskin.shape.association.pose import Pose
 
 if TYPE_CHECKING:
-    from cadskin._typing import Floats, Ints, Points
+    from cadskin._typing import Floats, Ints, Points, Vectors
 
-__all__ = ["CompositeModel", "DistanceModel", "FreeformModel", "Patch", "SurfaceModel"]
+__all__ = [
+    "FREEFORM",
+    "ClosestPoints",
+    "CompositeModel",
+    "DistanceModel",
+    "Patch",
+    "SurfaceModel",
+    "concatenate",
+]
+
+# (n, 3) points in the patch's frame -> signed distances (n,), unit normals at the foot points (n, 3)
+ClosestPoints: TypeAlias = "Callable[[Points], tuple[Floats, Vectors]]"
+FREEFORM = -1  # kind of a patch that is given by a function
 
 
 class DistanceModel(Protocol):
@@ -74,23 +86,44 @@ class SurfaceModel:
 
 @dataclass(frozen=True, eq=False)
 class Patch:
-    """One ideal surface in the nominal frame.
+    """One surface in the nominal frame.
 
     Parameters
     ----------
     kind : int
+        An ideal surface, or `FREEFORM`.
     place : Pose
         Its own frame and shape numbers, in the nominal frame.
     sign : float
         +1 where the surface's own normal points out of the material, -1 where it points into it.
     offset : float
         Subtracted from the signed distance [mm].
+    closest : callable, optional
+        Distances and normals of a `FREEFORM` patch.
     """
 
     kind: int
     place: Pose
     sign: float = 1.0
     offset: float = 0.0
+    closest: ClosestPoints | None = None
+
+    def rows(self, points: Points, placed: Pose) -> tuple[Floats, Vectors]:
+        """Return distances (n,) and normals (n, 3) in the patch's frame, which stands at ``placed``."""
+        if self.closest is not None:
+            values, normals = self.closest(placed.local(points))
+        else:
+            values, jacobian = SurfaceModel(self.kind, np.ascontiguousarray(points)).rows(placed)
+            normals = -jacobian[:, :3]
+        return self.sign * values - self.offset, self.sign * normals
+
+    def distances(self, points: Points, placed: Pose) -> Floats:
+        """Return the distances (n,) of points to the patch, whose frame stands at ``placed``."""
+        if self.closest is not None:
+            return self.rows(points, placed)[0]
+        return (
+            self.sign * SurfaceModel(self.kind, np.ascontiguousarray(points)).distances(placed) - self.offset
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,53 +155,16 @@ class CompositeModel:
         """Return the signed distances (n,) [mm]."""
         out = np.zeros(len(self))
         for patch, ids, placed in self._parts(pose):
-            values = SurfaceModel(patch.kind, np.ascontiguousarray(self.points[ids])).distances(placed)
-            out[ids] = patch.sign * values - patch.offset
+            out[ids] = patch.distances(self.points[ids], placed)
         return out
 
     def rows(self, pose: Pose) -> tuple[Floats, Floats]:
         """Return distances (n,) and Jacobian (n, 8)."""
         out, normals = np.zeros(len(self)), np.zeros((len(self), 3))
         for patch, ids, placed in self._parts(pose):
-            model = SurfaceModel(patch.kind, np.ascontiguousarray(self.points[ids]))
-            values, jacobian = model.rows(placed)
-            out[ids] = patch.sign * values - patch.offset
-            normals[ids] = -patch.sign * jacobian[:, :3] @ patch.place.axes.T
+            out[ids], local = patch.rows(self.points[ids], placed)
+            normals[ids] = local @ patch.place.axes.T
         return out, _rigid_jacobian(pose.local(self.points), normals)
-
-    def length(self, pose: Pose) -> float:
-        """Return the largest distance of a point from the origin of the pose [mm]."""
-        return _reach(self.points, pose)
-
-    def angular_shape(self) -> bool:
-        """Tell whether the second shape number is an angle."""
-        return False
-
-
-@dataclass(frozen=True, eq=False)
-class FreeformModel:
-    """Points (n, 3) against a function ``(q) -> (distance (n,), normal (n, 3))`` in the nominal frame."""
-
-    closest: Callable[[Points], tuple[Floats, Points]]
-    points: Points
-    offset: float = 0.0
-
-    def __len__(self) -> int:
-        return len(self.points)
-
-    def take(self, ids: Ints) -> FreeformModel:
-        """Return the model of some of the points."""
-        return replace(self, points=self.points[ids])
-
-    def distances(self, pose: Pose) -> Floats:
-        """Return the signed distances (n,) [mm]."""
-        return self.closest(pose.local(self.points))[0] - self.offset
-
-    def rows(self, pose: Pose) -> tuple[Floats, Floats]:
-        """Return distances (n,) and Jacobian (n, 8)."""
-        local = pose.local(self.points)
-        distance, normal = self.closest(local)
-        return distance - self.offset, _rigid_jacobian(local, normal)
 
     def length(self, pose: Pose) -> float:
         """Return the largest distance of a point from the origin of the pose [mm]."""

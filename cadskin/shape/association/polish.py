@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from cadskin.shape.association.models import DistanceModel
     from cadskin.shape.association.pose import Pose
 
-__all__ = ["Contact", "Problem", "contact_is_unique", "polish"]
+__all__ = ["Contact", "Problem", "contact_is_unique", "lower_nearby", "polish"]
 
 _DIFFERENCE = 3e-4  # step of second differences, relative to the size
 
@@ -259,6 +259,32 @@ def contact_is_unique(problem: Problem, contact: Contact, rounding: float) -> bo
     if curvature[0] > 1e-6 / problem.length:
         return True
     return not _can_slide(problem, contact, system.cost, rounding)
+
+
+def lower_nearby(problem: Problem, contact: Contact) -> Pose | None:
+    """Return a better pose along a direction of negative curvature, where the contacts carry a saddle only.
+
+    Few contacts leave directions in which the value changes to second order: a two-lobed hole touches its
+    concentric inscribed circle at two valleys, and grows when the circle moves along the long axis.
+    """
+    p = problem.n_free
+    if len(contact.rows) >= p + problem.n_offsets:
+        return None
+    system = _System.at(problem, contact)
+    _, singular, right = np.linalg.svd(system.matrix)
+    null = right[int((singular > 1e-9).sum()) :].T
+    values, vectors = np.linalg.eigh(null.T @ _lagrangian_hessian(problem, contact) @ null)
+    if not len(values) or values[0] > -1e-6 / problem.length:
+        return None
+    direction = (null @ vectors[:, 0])[:p]
+    best, lowest = None, float(contact.offsets.sum())
+    for exponent in np.arange(0.5, 8.0, 0.25):
+        for sign in (1.0, -1.0):
+            pose = problem.moved(contact.pose, sign * direction * problem.length * 10.0**-exponent)
+            reached = float(problem.offsets(problem.model.distances(pose)).sum())
+            if reached < lowest - 1e-14 * problem.length:
+                best, lowest = pose, reached
+    return best
 
 
 def _can_slide(problem: Problem, contact: Contact, cost: Floats, rounding: float) -> bool:

@@ -1,0 +1,414 @@
+"""Datums and datum systems from points (ISO 5459): the criterion is explicit and recorded.
+
+References
+----------
+.. [1] ISO 5459:2011: planes minimax outside of the material, cylinders, spheres and widths maximum inscribed
+   (internal) or minimum circumscribed (external), secondary and tertiary datums constrained in orientation.
+.. [2] ASME Y14.5.1-2019: planes by constrained least squares.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal, TypeAlias
+
+import numpy as np
+
+from cadskin.errors import AssociationError, SpecificationError
+from cadskin.shape.association import Association, Pose, associate, frame_about
+from cadskin.verify.zones import plane_patch, solve
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from cadskin._typing import Points, Vectors
+
+__all__ = ["DatumFeature", "DatumFrame", "EstablishedDatum", "Standard", "establish", "establish_one"]
+
+DatumKind: TypeAlias = Literal["plane", "cylinder", "sphere", "width"]
+DatumCriterion: TypeAlias = Literal[
+    "minimax", "least squares", "constrained least squares", "inscribed", "circumscribed"
+]
+Standard: TypeAlias = Literal["ISO 5459:2011", "ASME Y14.5.1-2019", "custom"]
+
+
+@dataclass(frozen=True, eq=False)
+class DatumFeature:
+    """The points of a datum feature and how its datum is associated.
+
+    Parameters
+    ----------
+    label : str
+    kind : {"plane", "cylinder", "sphere", "width"}
+    points : (n, 3) float
+        For a width: the points of both faces.
+    internal : bool
+        Whether the material is outside (a hole, a slot).
+    hint : (3,) float, optional
+        Outward normal of a plane, direction of an axis; need not be exact.
+    criterion : str, optional
+        Only needed for ``standard="custom"``.
+    opposite : (m, 3) float, optional
+        Points of the second face of a width.
+    """
+
+    label: str
+    kind: DatumKind
+    points: Points
+    internal: bool = False
+    hint: Vectors | None = None
+    criterion: DatumCriterion | None = None
+    opposite: Points | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class EstablishedDatum:
+    """A datum: its situation feature and the association behind it.
+
+    Parameters
+    ----------
+    label : str
+    kind : str
+    point : (3,) float
+    direction : (3,) float
+        Outward normal of a plane, direction of an axis, normal of a median plane; zero for a point.
+    size : float or None
+        Radius or width [mm].
+    criterion : str
+    certified : bool
+    """
+
+    label: str
+    kind: DatumKind
+    point: Points
+    direction: Vectors
+    size: float | None
+    criterion: str
+    certified: bool
+
+    def text(self) -> str:
+        """Return the operation that was applied, for the record."""
+        return f"association of datum {self.label}: {self.kind}, {self.criterion}"
+
+
+@dataclass(frozen=True, eq=False)
+class DatumFrame:
+    """A datum system: frame, freedoms that are left, and its datums.
+
+    Parameters
+    ----------
+    origin : (3,) float
+    axes : (3, 3) float
+        Columns x, y, z; z against the outward normal of a primary plane or along a primary axis.
+    free : tuple of str
+        Motions that the datums leave, in the frame's axes.
+    datums : tuple of EstablishedDatum
+    standard : str
+    """
+
+    origin: Points
+    axes: Vectors
+    free: tuple[str, ...]
+    datums: tuple[EstablishedDatum, ...]
+    standard: Standard
+
+    @property
+    def certified(self) -> bool:
+        """Whether all associations are proved."""
+        return all(datum.certified for datum in self.datums)
+
+    @property
+    def pose(self) -> Pose:
+        """The frame as a pose."""
+        return Pose(self.origin, self.axes, np.zeros(2))
+
+    def operations(self) -> tuple[str, ...]:
+        """Return the operations that were applied."""
+        return (f"datum system by {self.standard}", *(datum.text() for datum in self.datums))
+
+
+def criterion_of(feature: DatumFeature, standard: Standard) -> DatumCriterion:
+    """Return the criterion of a datum feature under a standard.
+
+    Raises
+    ------
+    SpecificationError
+        ``custom`` without a criterion.
+    """
+    if standard == "custom" or feature.criterion is not None:
+        if feature.criterion is None:
+            raise SpecificationError(f"datum {feature.label}: standard 'custom' needs a criterion per datum")
+        return feature.criterion
+    if feature.kind == "plane":
+        return "minimax" if standard == "ISO 5459:2011" else "constrained least squares"
+    return "inscribed" if feature.internal else "circumscribed"
+
+
+def establish_one(
+    feature: DatumFeature, *, standard: Standard = "ISO 5459:2011", along: Vectors | None = None
+) -> EstablishedDatum:
+    """Associate one datum.
+
+    Parameters
+    ----------
+    feature : DatumFeature
+    standard : str
+    along : (3,) float, optional
+        Direction of a datum of higher precedence: the result is kept parallel or perpendicular to it,
+        whichever is nearer.
+
+    Raises
+    ------
+    AssociationError
+        A degenerate feature, or one neither parallel nor perpendicular to ``along``.
+    """
+    criterion = criterion_of(feature, standard)
+    try:
+        if feature.kind == "plane":
+            return _plane(feature, criterion, along)
+        if feature.kind == "width":
+            return _width(feature, criterion, along)
+        return _round(feature, criterion, along)
+    except AssociationError as error:
+        raise AssociationError(f"datum {feature.label}: {error}") from error
+
+
+def _plane(feature: DatumFeature, criterion: DatumCriterion, along: Vectors | None) -> EstablishedDatum:
+    word = {"minimax": "minimum zone", "least squares": "least squares"}.get(
+        criterion, "constrained least squares"
+    )
+    certified = True
+    if along is None:
+        found = associate(feature.points, "plane", word, axis=feature.hint)
+        normal, certified = found.pose.axis, found.certified
+    else:
+        squares = associate(feature.points, "plane", "least squares", axis=feature.hint)
+        normal = squares.pose.axis
+        relation = abs(float(normal @ along))
+        if relation > 0.98:
+            normal = along * np.sign(normal @ along)
+        elif relation < 0.17:
+            normal, certified = _perpendicular_normal(feature, criterion, along, normal)
+        else:
+            raise AssociationError(
+                f"the plane stands at {np.degrees(np.arccos(relation)):.1f} degrees to the datum before "
+                "it; only parallel and perpendicular planes are constrained in orientation"
+            )
+    heights = feature.points @ normal
+    level = float(heights.mean() if criterion == "least squares" else heights.max())
+    centre = feature.points.mean(axis=0)
+    point = centre + (level - centre @ normal) * normal
+    return EstablishedDatum(feature.label, "plane", point, normal, None, criterion, certified)
+
+
+def _perpendicular_normal(
+    feature: DatumFeature, criterion: DatumCriterion, along: Vectors, normal: Vectors
+) -> tuple[Vectors, bool]:
+    """Return the normal perpendicular to ``along``: one rotation is left."""
+    centre = feature.points.mean(axis=0)
+    axes = frame_about(along, normal)
+    if criterion == "minimax":
+        found = solve(
+            [(plane_patch(np.array([1.0, 0, 0])), feature.points)],
+            Pose(centre, axes, np.zeros(2)),
+            (5,),
+            "zone",
+            what=f"datum {feature.label}",
+        )
+        return found.pose.axes[:, 0], found.certified
+    flat = (feature.points - centre) @ axes[:, :2]
+    if criterion == "least squares":
+        _, _, right = np.linalg.svd(flat, full_matrices=False)
+        direction = right[1] if right[1][0] > 0 else -right[1]
+        return np.asarray(axes[:, :2] @ direction), True
+    points = np.column_stack([flat, np.zeros(len(flat))])
+    found_line = associate(
+        points, "profile line", "GE", section_normal=np.array([0, 0, 1.0]), axis=np.array([1.0, 0, 0])
+    )
+    return np.asarray(axes @ found_line.pose.axis), found_line.certified
+
+
+def _width(feature: DatumFeature, criterion: DatumCriterion, along: Vectors | None) -> EstablishedDatum:
+    """Return the median plane of two opposite faces: the narrowest slab around, or the widest within."""
+    if feature.opposite is None:
+        raise SpecificationError(f"datum {feature.label}: a width needs the points of its two faces")
+    first, second = np.asarray(feature.points), np.asarray(feature.opposite)
+    normal = associate(first, "plane", "least squares").pose.axis
+    middle = 0.5 * (first.mean(axis=0) + second.mean(axis=0))
+    if (first.mean(axis=0) - second.mean(axis=0)) @ normal < 0:
+        normal = -normal
+    if feature.hint is not None and normal @ np.asarray(feature.hint) < 0:
+        normal, first, second = -normal, second, first
+    size = float(np.abs((first.mean(axis=0) - second.mean(axis=0)) @ normal))
+    outer = criterion != "inscribed"
+    if criterion == "least squares":
+        raise SpecificationError(f"datum {feature.label}: a width is associated from outside or from inside")
+    # Inside, the faces are set apart so far that their outer sides cannot bind.
+    shift = 0.0 if outer else 8.0 * (size + float(np.ptp(np.concatenate([first, second]), axis=0).max()))
+    frame, local, free = _width_frame(middle, normal, along)
+    found = solve(
+        [(plane_patch(local, offset=shift), first), (plane_patch(local, offset=-shift), second)],
+        frame,
+        free,
+        "zone",
+        what=f"datum {feature.label}",
+    )
+    normal = found.pose.axes @ local
+    high, low = (first @ normal, second @ normal)
+    edges = (high.max(), low.min()) if outer else (high.min(), low.max())
+    point = middle + (0.5 * float(edges[0] + edges[1]) - middle @ normal) * normal
+    width = float(edges[0] - edges[1])
+    return EstablishedDatum(feature.label, "width", point, normal, width, criterion, found.certified)
+
+
+def _width_frame(
+    middle: Points, normal: Vectors, along: Vectors | None
+) -> tuple[Pose, Vectors, tuple[int, ...]]:
+    if along is None:
+        return Pose(middle, frame_about(normal), np.zeros(2)), np.array([0, 0, 1.0]), (3, 4)
+    if abs(float(normal @ along)) > 0.98:
+        return (
+            Pose(middle, frame_about(along * np.sign(normal @ along)), np.zeros(2)),
+            np.array([0, 0, 1.0]),
+            (),
+        )
+    return Pose(middle, frame_about(along, normal), np.zeros(2)), np.array([1.0, 0, 0]), (5,)
+
+
+def _round(feature: DatumFeature, criterion: DatumCriterion, along: Vectors | None) -> EstablishedDatum:
+    word = {
+        "inscribed": "maximum inscribed",
+        "circumscribed": "minimum circumscribed",
+        "least squares": "least squares",
+        "minimax": "minimum zone",
+    }.get(criterion)
+    if word is None:
+        raise SpecificationError(f"datum {feature.label}: no {criterion} of a {feature.kind}")
+    if feature.kind == "sphere":
+        ball = associate(feature.points, "sphere", word)
+        return _established(feature, ball, np.zeros(3), criterion)
+    if along is None:
+        found = associate(feature.points, "cylinder", word, axis=feature.hint)
+        return _established(feature, found, found.pose.axis, criterion)
+    squares = associate(feature.points, "cylinder", "least squares", axis=feature.hint)
+    relation = float(squares.pose.axis @ along)
+    if abs(relation) > 0.98:
+        fixed = along * np.sign(relation)
+        found = associate(feature.points, "cylinder", word, fixed_axis=fixed)
+        return _established(feature, found, fixed, criterion)
+    raise AssociationError(
+        "only a secondary cylinder parallel to the direction before it is constrained in orientation"
+    )
+
+
+def _established(
+    feature: DatumFeature, found: Association, direction: Vectors, criterion: str
+) -> EstablishedDatum:
+    return EstablishedDatum(
+        feature.label, feature.kind, found.pose.origin, direction, found.radius, criterion, found.certified
+    )
+
+
+def establish(features: Sequence[DatumFeature], *, standard: Standard = "ISO 5459:2011") -> DatumFrame:
+    """Establish a datum system of one to three datums in their order of precedence.
+
+    Parameters
+    ----------
+    features : sequence of DatumFeature
+    standard : {"ISO 5459:2011", "ASME Y14.5.1-2019", "custom"}
+
+    Returns
+    -------
+    DatumFrame
+        z is against the outward normal of a primary plane, or along a primary axis; y then comes from the
+        secondary datum and x from the tertiary one, each pointing away from it into the material.
+
+    Raises
+    ------
+    SpecificationError, AssociationError
+
+    Examples
+    --------
+    >>> floor = DatumFeature("A", "plane", np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0.0]]), hint=[0, 0, -1])
+    >>> frame = establish([floor])
+    >>> frame.axes[:, 2].tolist(), frame.free
+    ([0.0, 0.0, 1.0], ('tx', 'ty', 'rz'))
+    """
+    if not 1 <= len(features) <= 3:
+        raise SpecificationError(f"a datum system has one to three datums, got {len(features)}")
+    primary = establish_one(features[0], standard=standard)
+    if primary.kind == "sphere":
+        if len(features) > 1:
+            raise SpecificationError("a datum system with a sphere first and further datums is not supported")
+        return DatumFrame(primary.point, np.eye(3), ("rx", "ry", "rz"), (primary,), standard)
+    z = -primary.direction if primary.kind == "plane" else primary.direction
+    datums = [primary]
+    for feature in features[1:]:
+        datums.append(_constrained(feature, z, datums, standard))
+    return _frame(z, datums, standard)
+
+
+def _constrained(
+    feature: DatumFeature, z: Vectors, datums: list[EstablishedDatum], standard: Standard
+) -> EstablishedDatum:
+    """Establish a secondary or tertiary datum in the orientation that the datums before leave."""
+    across = [d.direction for d in datums[1:] if d.kind in ("plane", "width") and abs(d.direction @ z) < 0.5]
+    if not across or feature.kind not in ("plane", "width"):
+        return establish_one(feature, standard=standard, along=z)
+    second = across[0]
+    third = np.cross(second, z)
+    normal = associate(feature.points, "plane", "least squares", axis=feature.hint).pose.axis
+    for fixed in (z, second, third):
+        if abs(float(normal @ fixed)) > 0.98:
+            return establish_one(feature, standard=standard, along=fixed)
+    raise AssociationError(f"datum {feature.label} is parallel to no direction of the datum system")
+
+
+def _frame(z: Vectors, datums: list[EstablishedDatum], standard: Standard) -> DatumFrame:
+    """Assemble origin, axes and the freedoms that are left."""
+    y: Vectors | None = None
+    x: Vectors | None = None
+    planes: list[tuple[Vectors, float]] = []
+    axis_points: list[Points] = []
+    for datum in datums:
+        if datum.kind in ("plane", "width"):
+            planes.append((datum.direction, float(datum.direction @ datum.point)))
+            if abs(float(datum.direction @ z)) < 0.5:
+                inward = -datum.direction if datum.kind == "plane" else datum.direction
+                y, x = (inward, x) if y is None else (y, inward)
+        else:
+            axis_points.append(datum.point)
+    if y is None and len(axis_points) > 1:
+        between = axis_points[1] - axis_points[0]
+        x = between - (between @ z) * z
+        x = x / np.linalg.norm(x)
+        y = np.cross(z, x)
+    turned = y is not None
+    if y is None:
+        y = frame_about(z)[:, 1]
+    if x is None:
+        x = np.cross(y, z)
+    axes = np.ascontiguousarray(np.stack([x, y, z], axis=1))
+    origin, held = _origin(axes, planes, axis_points, datums[0].point)
+    free = [name for name, fixed in zip(("tx", "ty", "tz"), held, strict=True) if not fixed]
+    if not turned:
+        free.append("rz")
+    return DatumFrame(origin, axes, tuple(free), tuple(datums), standard)
+
+
+def _origin(
+    axes: Vectors, planes: list[tuple[Vectors, float]], axis_points: list[Points], anchor: Points
+) -> tuple[Points, list[bool]]:
+    """Return the origin, and which translations the datums hold; the first datum to hold one wins."""
+    origin, held = np.asarray(anchor, dtype=np.float64), [False] * 3
+    for normal, level in planes:
+        k = int(np.argmax(np.abs(axes.T @ normal)))
+        if not held[k]:
+            origin = origin + (level - origin @ normal) * normal
+            held[k] = True
+    for point in axis_points[:1]:
+        for k in (0, 1):
+            if not held[k]:
+                origin = origin + ((point - origin) @ axes[:, k]) * axes[:, k]
+                held[k] = True
+    return origin, held
