@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from cadskin.view.picture import picture
+from cadskin.view.pictures import picture
 from cadskin.view.pyvista_engine import to_pyvista
-from cadskin.view.sheet import sheet
+from cadskin.view.sheets import sheet
 
 __all__ = ["picture", "sheet", "to_pyvista"]

@@ -19,6 +19,7 @@ _GREATEST_SHIFT = 0.012  # of the diagonal of the part
 _GREATEST_SLOPE = 0.30  # of the drawn surface against the ideal one
 _GREATEST_CURL = 0.30  # of the smallest radius of curvature
 _GREATEST_WIDTH = 0.40  # of the mean width of a feature
+_LEAST_WIDTH = 0.01  # of the diagonal
 _STEPS = np.array([1.0, 2.0, 5.0])
 
 
@@ -100,8 +101,8 @@ def automatic_exaggeration(content: Content) -> float:
     """Return a factor 1, 2, 5, 10, ... that shows the displacement and folds nothing.
 
     The drawn shift stays below 1.2 % of the part's diagonal, below 0.3 of the radius of curvature and below
-    0.4 of the width of its feature, the drawn slope between neighbours below 0.3. Few places may break the
-    rule: one percent of the points, and the tenth of the features that are narrowest.
+    0.4 of the width of its feature, the drawn slope between neighbours below 0.3. One percent of the points
+    may break the rule, and so may features narrower than 1 % of the diagonal, which are hardly seen.
     """
     if content.nominal is None or content.deviation is None or content.feature_ids is None:
         return 1.0
@@ -115,12 +116,13 @@ def automatic_exaggeration(content: Content) -> float:
     rise = np.abs(content.deviation[sides[:, 0]] - content.deviation[sides[:, 1]])
     features = content.nominal.features
     typical = np.array([np.quantile(size[f.rows], 0.9) if f.n_points else 0.0 for f in features])
-    width = np.maximum(_widths(content, content.feature_ids), 1e-12)
+    width = _widths(content, content.feature_ids)
+    wide = width > _LEAST_WIDTH * content.nominal.surface.diagonal
     limits = (
         (_GREATEST_SLOPE, np.quantile(rise / np.maximum(length, 1e-12), 0.99)),
         (_GREATEST_CURL, np.quantile(size * np.abs(samples.curvatures).max(axis=1), 0.99)),
         (_GREATEST_SHIFT, np.quantile(size, 0.99) / max(content.nominal.surface.diagonal, 1e-12)),
-        (_GREATEST_WIDTH, np.quantile(typical[: len(width)] / width, 0.9)),
+        (_GREATEST_WIDTH, (typical[: len(width)][wide] / width[wide]).max(initial=0.0)),
     )
     return _round_down(min((most / value for most, value in limits if value > 0), default=1.0))
 

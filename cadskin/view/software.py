@@ -21,9 +21,9 @@ _SMOOTH_LINE: Colour = hex_colour("#7f8894")
 _FACTOR = 3  # side of the box of subpixels behind one pixel
 # Direction (right, up, eye), strength, wrap; the last row is the ambient light.
 _LIGHTS = (
-    (-0.40, 0.75, 0.55, 0.46, 0.80),
-    (0.85, 0.05, 0.60, 0.24, 0.80),
-    (0.0, 0.0, 0.0, 0.40, 0.0),
+    (-0.50, 0.75, 0.50, 0.46, 0.60),
+    (0.15, 0.00, 1.00, 0.40, 0.10),
+    (0.0, 0.0, 0.0, 0.35, 0.0),
 )
 _OCCLUSION_REACH = 0.045  # of the smaller side of the picture
 _OCCLUSION_SAMPLES = 24

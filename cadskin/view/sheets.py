@@ -12,7 +12,7 @@ import numpy as np
 
 from cadskin.errors import ExportError
 from cadskin.export.content import Content, Shape, content_of
-from cadskin.view.picture import draw, save_png
+from cadskin.view.pictures import draw, save_png
 from cadskin.view.software import BACKGROUND
 from cadskin.view.style import Style, StyleOptions, checked_size, colour_scale
 
