@@ -26,6 +26,7 @@ _INSTANCE = re.compile(
 _STATEMENT = re.compile(_SPACE + rb"(" + _BODY + rb");")
 _WORD = re.compile(_SPACE + rb"([A-Za-z_][A-Za-z0-9_\-]*+)")
 _RECORD_NAME = re.compile(rb"([A-Za-z_][A-Za-z0-9_]*+)\s*+\(")
+_KEYWORD = re.compile(rb"!?[A-Za-z_][A-Za-z0-9_]*+")
 _STRING = re.compile(rb"'[^']*+'")
 _SCHEMA_VERSION = re.compile(r"\{\s*1\s+0\s+10303\s+442\s+(\d+)")
 
@@ -53,6 +54,8 @@ class Part21File:
         self._data = data
         self._spans: dict[int, int] = {}
         self._by_name: dict[str, list[int]] = {}
+        self._complex: dict[str, list[int]] = {}
+        self._types: dict[int, tuple[str, ...]] = {}
         self._parsed: dict[int, tuple[Record, ...]] = {}
         self.header: tuple[Record, ...] = ()
         self._index()
@@ -86,12 +89,23 @@ class Part21File:
         return found
 
     def types(self, number: int) -> tuple[str, ...]:
-        """Return the names of its records."""
-        return tuple(record.name for record in self.records(number))
+        """Return the names of its records; a simple instance is not parsed for that."""
+        found = self._types.get(number)
+        if found is None:
+            if number not in self._spans:
+                return ()
+            match = _KEYWORD.match(self._data, self._span(number)[0])
+            if match is not None:
+                found = (match[0].decode("ascii").upper(),)
+            else:
+                found = tuple(record.name for record in self.records(number))
+            self._types[number] = found
+        return found
 
     def is_a(self, number: int, *names: str) -> bool:
         """Tell whether an instance has a record of one of these names."""
-        return any(record.name in names for record in self.records(number))
+        types = self.types(number)
+        return types[0] in names if len(types) == 1 else not set(types).isdisjoint(names)
 
     def values(self, number: int, name: str | None = None) -> tuple[Value, ...]:
         """Return the values of one record of an instance (of the first without ``name``); else nothing."""
@@ -102,13 +116,14 @@ class Part21File:
 
     def of_type(self, *names: str) -> list[int]:
         """Return the instances that have a record of one of these names, in the order of the file."""
-        rows = {number for name in names for number in self._by_name.get(name, ())}
-        found = [number for number in rows if self.is_a(number, *names)]
+        simple = {number for name in names for number in self._by_name.get(name, ())}
+        maybe = {number for name in names for number in self._complex.get(name, ())}
+        found = [*simple, *(number for number in maybe if self.is_a(number, *names))]
         return sorted(found, key=self._spans.__getitem__)
 
     def type_names(self) -> frozenset[str]:
         """Return the names of all records that the file may hold."""
-        return frozenset(self._by_name)
+        return frozenset(self._by_name) | frozenset(self._complex)
 
     def text(self, number: int) -> bytes:
         """Return the text of an instance, from its keyword to the semicolon."""
@@ -227,7 +242,7 @@ class Part21File:
         return after
 
     def _index_complex(self, numbers: list[int]) -> None:
-        by_name = self._by_name
+        by_name = self._complex
         for number in numbers:
             text = self.text(number)
             if b"'" in text:

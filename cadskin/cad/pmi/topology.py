@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable
 from functools import cached_property
+from math import isfinite
 
 import numpy as np
 
@@ -76,7 +77,7 @@ class Topology:
         for value in self.file.values(number):
             if isinstance(value, tuple):
                 numbers = self.graph.numbers(value)
-                return np.array(numbers) if len(numbers) == 3 and np.isfinite(numbers).all() else None
+                return np.array(numbers) if len(numbers) == 3 and all(map(isfinite, numbers)) else None
         return None
 
     def _direction(self, number: int | None) -> Vectors | None:
@@ -207,25 +208,29 @@ class Topology:
         length = float(np.linalg.norm(chord))
         return (ends[0], chord / length) if length > 0 else None
 
-    @cached_property
-    def _round_faces(self) -> list[tuple[int, Points, Vectors]]:
-        found = []
+    def _placed(self, *kinds: str) -> tuple[list[int], Points, Vectors]:
+        """Return the faces on surfaces of these entities, with origin (n, 3) and axis (n, 3) [file units]."""
+        numbers, origins, axes = [], [], []
         for face in self.faces:
             surface = self.surface(face)
-            if surface is not None and self.file.is_a(surface, *_ROUND):
+            if surface is not None and self.file.is_a(surface, *kinds):
                 placed = self.axis_of_surface(surface)
                 if placed is not None:
-                    found.append((face, *placed))
-        return found
+                    numbers.append(face)
+                    origins.append(placed[0])
+                    axes.append(placed[1])
+        return numbers, np.array(origins).reshape(-1, 3), np.array(axes).reshape(-1, 3)
+
+    @cached_property
+    def _round_faces(self) -> tuple[list[int], Points, Vectors]:
+        return self._placed(*_ROUND)
 
     def coaxial_faces(self, point: Points, direction: Vectors) -> list[int]:
         """Return the faces of revolution whose axis is this line, cylinders before all others."""
-        found = [
-            face
-            for face, origin, axis in self._round_faces
-            if abs(abs(float(axis @ direction)) - 1) < _PARALLEL
-            and float(np.linalg.norm(np.cross(origin - point, direction))) < self._tolerance
-        ]
+        numbers, origins, axes = self._round_faces
+        parallel = np.abs(np.abs(axes @ direction) - 1) < _PARALLEL
+        off = np.linalg.norm(_across(origins - point, direction), axis=1)
+        found = [numbers[i] for i in np.flatnonzero(parallel & (off < self._tolerance))]
         cylinders = [face for face in found if self.kind(face) == "cylinder"]
         return cylinders or found
 
@@ -273,39 +278,58 @@ class Topology:
                         found[vertex] = point
         return np.array(list(found.values())).reshape(-1, 3)
 
+    @cached_property
+    def _planes(self) -> tuple[list[int], Points, Vectors]:
+        return self._placed("PLANE")
+
+    @cached_property
+    def _cylinders(self) -> tuple[list[int], Points, Vectors]:
+        return self._placed("CYLINDRICAL_SURFACE")
+
     def faces_holding(self, curve: int) -> list[int]:
         """Return the planar and cylindrical faces in which a straight curve lies, within their boxes."""
         ends = self.ends(curve)
         if ends is None:
             return []
-        return [face for face in self.faces if self._holds(face, ends)]
+        return [*self._planes_holding(ends), *self._cylinders_holding(ends)]
 
-    def _holds(self, face: int, ends: Points) -> bool:
-        kind, surface = self.kind(face), self.surface(face)
-        placed = (
-            None if surface is None or kind not in ("plane", "cylinder") else self.axis_of_surface(surface)
-        )
-        if placed is None or surface is None:
-            return False
-        origin, axis = placed
-        if kind == "plane":
-            off = np.abs((ends - origin) @ axis)
-        else:
-            radius = (self.graph.numbers(self.file.values(surface)) or [np.inf])[-1]
-            across = (ends - origin) - np.outer((ends - origin) @ axis, axis)
-            off = np.abs(np.linalg.norm(across, axis=1) - radius)
-        if float(off.max()) > self._tolerance:
-            return False
+    def _planes_holding(self, ends: Points) -> list[int]:
+        numbers, origins, axes = self._planes
+        off = np.abs(((ends[:, None] - origins) * axes).sum(axis=2)).max(axis=0)
+        return [numbers[i] for i in np.flatnonzero(off <= self._tolerance) if self._in_box(numbers[i], ends)]
+
+    def _in_box(self, face: int, ends: Points) -> bool:
         corners = self.corners(face)
         if len(corners) < 2:
             return False
-        if kind == "cylinder":
-            along, reach = (ends - origin) @ axis, (corners - origin) @ axis
-            return bool(
-                along.min() >= reach.min() - self._tolerance and along.max() <= reach.max() + self._tolerance
-            )
         low, high = corners.min(axis=0) - self._tolerance, corners.max(axis=0) + self._tolerance
         return bool(((ends >= low) & (ends <= high)).all())
+
+    def _cylinders_holding(self, ends: Points) -> list[int]:
+        numbers, origins, axes = self._cylinders
+        radii = np.array([self._radius(face) for face in numbers])
+        across = [_across(end - origins, axes) for end in ends]
+        off = np.abs(np.array([np.linalg.norm(rows, axis=1) for rows in across]) - radii).max(axis=0)
+        near = np.flatnonzero(off <= self._tolerance)
+        return [numbers[i] for i in near if self._along(numbers[i], origins[i], axes[i], ends)]
+
+    def _radius(self, face: int) -> float:
+        surface = self.surface(face)
+        return (self.graph.numbers(self.file.values(surface)) if surface is not None else [np.inf])[-1]
+
+    def _along(self, face: int, origin: Points, axis: Vectors, ends: Points) -> bool:
+        corners = self.corners(face)
+        if len(corners) < 2:
+            return False
+        along, reach = (ends - origin) @ axis, (corners - origin) @ axis
+        return bool(
+            along.min() >= reach.min() - self._tolerance and along.max() <= reach.max() + self._tolerance
+        )
+
+
+def _across(vectors: Vectors, axes: Vectors) -> Vectors:
+    """Return the part of vectors (n, 3) square to unit axes (n, 3) or to one axis (3,)."""
+    return np.asarray(vectors - (vectors * axes).sum(axis=1, keepdims=True) * axes)
 
 
 def _last(values: tuple[Value, ...]) -> int | None:
