@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 _HOMES = {
     "CadPart": "cadskin.cad.part",
-    "PartDescription": "cadskin.cad.contained",
+    "FileDescription": "cadskin.cad.description",
+    "PartDescription": "cadskin.cad.description",
     "contained_describe": "cadskin.cad.contained",
     "contained_nominals": "cadskin.cad.contained",
     "describe_faces": "cadskin.cad.faces",
@@ -25,6 +26,7 @@ _HOMES = {
 
 __all__ = [
     "CadPart",
+    "FileDescription",
     "PartDescription",
     "contained_describe",
     "contained_nominals",
@@ -39,7 +41,8 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from cadskin.cad.contained import PartDescription, contained_describe, contained_nominals
+    from cadskin.cad.contained import contained_describe, contained_nominals
+    from cadskin.cad.description import FileDescription, PartDescription
     from cadskin.cad.discretise import nominal, nominals
     from cadskin.cad.documents import read_parts
     from cadskin.cad.faces import describe_faces

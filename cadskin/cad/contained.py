@@ -27,11 +27,13 @@ import numpy as np
 from cadskin import errors
 from cadskin._progress import report
 from cadskin._typing import Progress
-from cadskin.cad.description import FileDescription, PartDescription
+from cadskin.cad.description import FileDescription
 from cadskin.errors import CadskinError, CadskinWarning, KernelError
 from cadskin.shape.nominal import Face, NominalModel, build_features
 
-__all__ = ["FileDescription", "PartDescription", "contained_describe", "contained_nominals"]
+__all__ = ["contained_describe", "contained_nominals"]
+
+_POLL = 0.2  # seconds between two looks at the clock and at the caller's wish to stop
 
 
 def contained_nominals(
@@ -164,20 +166,23 @@ def _watch(
 
     threading.Thread(target=listen, daemon=True).start()
     deadline = None if time_limit is None else time.monotonic() + time_limit
+    done, total = 0, 1
     while True:
-        left = None if deadline is None else max(deadline - time.monotonic(), 0.0)
-        try:
-            line = lines.get(timeout=left)
-        except queue.Empty:
+        if deadline is not None and time.monotonic() > deadline:
             raise KernelError(
                 f"{name}: the geometry kernel did not finish within {time_limit:g} s and was stopped; "
                 "give it more time (time_limit=, --time-limit) or simplify the part"
-            ) from None
+            )
+        try:
+            line = lines.get(timeout=_POLL)
+        except queue.Empty:
+            report(progress, done, total)  # so that the caller can stop at any time
+            continue
         if line is None:
             break
-        done, _, total = line.decode("ascii").partition(" ")
-        report(progress, int(done), int(total))
-    child.wait(timeout=left)
+        done, total = (int(word) for word in line.split())
+        report(progress, done, total)
+    child.wait()
 
 
 def _end(child: subprocess.Popen[bytes]) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from cadskin.cad.faces import describe_faces
 from cadskin.cad.objects import as_parts, describe_object
 from cadskin.cad.part import CadPart, pick_part
 from cadskin.cad.partitioning import partition
-from cadskin.errors import GeometryError
+from cadskin.errors import GeometryError, MeshingError
 from cadskin.shape.discrete import DiscreteShape
 from cadskin.shape.nominal import Face, NominalModel, Samples, build_features
 from cadskin.shape.selectors import select_faces
@@ -123,7 +124,8 @@ def nominals(
     parts = as_parts(obj, allow_open=allow_open)
     models = []
     for done, one in enumerate(parts):
-        report(progress, done, len(parts))
+        if len(parts) > 1:
+            report(progress, done, len(parts))
         model = _discretise(
             one,
             edge_length=edge_length,
@@ -131,11 +133,12 @@ def nominals(
             face_edge_lengths=face_edge_lengths or {},
             backend=backend,
             allow_open=allow_open,
-            progress=None,
+            progress=progress if len(parts) == 1 else None,
             **mesh_options,
         )
         models.append(model)
-    report(progress, len(parts), len(parts))
+    if len(parts) > 1:
+        report(progress, len(parts), len(parts))
     return tuple(models)
 
 
@@ -161,18 +164,25 @@ def _discretise(
     if edge_length is None and n_points is None:
         corners = np.concatenate([face.bounds for face in faces])
         edge_length = float(np.linalg.norm(np.ptp(corners, axis=0))) / 100.0
-    mesh = mesh_shape(
-        part.shape,
-        edge_length=edge_length,
-        n_points=n_points,
-        face_edge_lengths=_lengths_by_face(faces, groups, face_edge_lengths),
-        **mesh_options,
-    )
+    lengths = _lengths_by_face(faces, groups, face_edge_lengths)
+    try:
+        mesh = mesh_shape(
+            part.shape, edge_length=edge_length, n_points=n_points, face_edge_lengths=lengths, **mesh_options
+        )
+    except MeshingError as problem:  # the mesher does not know the name
+        raise MeshingError(f"{_label(part)}: {problem}") from problem
     source = replace(
         part.source, edge_length=edge_length, backend=str(mesh_options.get("backend", "cadskin"))
     )
     model = assemble(mesh, faces, groups)
     return replace(model, source=source, notes=(*part.notes, *model.notes))
+
+
+def _label(part: CadPart) -> str:
+    """Return how messages name a part: its file and, where that is not the same word, its name."""
+    if part.source.path is None or Path(part.source.path).stem == part.name:
+        return part.source.path or part.name
+    return f"{part.source.path}, part {part.name}"
 
 
 def assemble(mesh: LabelledMesh, faces: tuple[Face, ...], groups: Sequence[Sequence[int]]) -> NominalModel:

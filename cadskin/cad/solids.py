@@ -30,7 +30,7 @@ from cadskin.cad.part import CadPart
 from cadskin.errors import GeometryError, ReadError
 from cadskin.shape.nominal import Source
 
-__all__ = ["Repaired", "has_surfaces", "loose_faces", "parts_of_shape", "repaired", "sewn"]
+__all__ = ["Repaired", "has_surfaces", "left_out", "loose_faces", "parts_of_shape", "repaired", "sewn"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,10 +56,9 @@ def parts_of_shape(
     """
     solids = solids_of(shape)
     if solids:
-        extra = len(loose_faces(shape))
-        left_out = (f"{where}: {extra} faces outside of the solids were left out",) if extra else ()
+        extra = left_out(len(loose_faces(shape)), where=where)
         return tuple(
-            CadPart(name, done.shape, source, notes=(*left_out, *done.notes))
+            CadPart(name, done.shape, source, notes=(*extra, *done.notes))
             for done in (repaired(solid, where=where) for solid in solids)
         )
     found = sewn(faces_of(shape), where=where, allow_open=allow_open)
@@ -74,6 +73,13 @@ def loose_faces(shape: Any) -> list[Any]:
         found.append(to_face(explorer.Current()))
         explorer.Next()
     return found
+
+
+def left_out(n_faces: int, *, where: str) -> tuple[str, ...]:
+    """Return the note on faces that belong to no solid; none where there is no such face."""
+    if not n_faces:
+        return ()
+    return (f"{where}: {n_faces} {'face' if n_faces == 1 else 'faces'} outside of the solids left out",)
 
 
 def has_surfaces(shape: Any) -> bool:

@@ -22,7 +22,7 @@ from OCP.XCAFDoc import XCAFDoc_ColorType, XCAFDoc_DocumentTool, XCAFDoc_ShapeTo
 
 from cadskin.cad._occ import compound_of, faces_of, label_sequence, solids_of, words_of
 from cadskin.cad.part import CadPart
-from cadskin.cad.solids import Repaired, loose_faces, repaired, sewn
+from cadskin.cad.solids import Repaired, left_out, loose_faces, repaired, sewn
 from cadskin.cad.step_text import StepText, unit_word
 from cadskin.errors import GeometryError, ReadError
 from cadskin.shape.nominal import Source
@@ -183,7 +183,7 @@ def _parts(held: _Document, path: Path, source: Source, *, allow_open: bool) -> 
     loose = [face for leaf in leaves for face in loose_faces(leaf.shape)]
     if not any(solids for _, solids in with_solids):
         return _sewn_parts(held, leaves, path, source, allow_open=allow_open)
-    notes = (f"{path.name}: {len(loose)} faces outside of the solids were left out",) if loose else ()
+    notes = left_out(len(loose), where=path.name)
     made: dict[tuple[Any, int], CadPart] = {}
     parts = []
     for leaf, solids in with_solids:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from cadskin.shape.discrete import DiscreteShape, triangle_normals, vertex_normals
 from cadskin.shape.face import Face, Source
+from cadskin.shape.fingerprint import FaceFingerprint, FaceMatch, match_faces
 from cadskin.shape.ideal import Cone, Cylinder, Freeform, IdealSurface, Plane, Sphere, Torus
 from cadskin.shape.nominal import Feature, NominalModel
 from cadskin.shape.patches import SmoothPatches, smooth_patches
@@ -15,6 +16,8 @@ __all__ = [
     "Cylinder",
     "DiscreteShape",
     "Face",
+    "FaceFingerprint",
+    "FaceMatch",
     "Feature",
     "FeatureRef",
     "Freeform",
@@ -26,6 +29,7 @@ __all__ = [
     "Source",
     "Sphere",
     "Torus",
+    "match_faces",
     "select",
     "select_one",
     "smooth_patches",

@@ -13,12 +13,13 @@ from OCP.BRepTools import BRepTools
 from OCP.IGESControl import IGESControl_Writer
 from OCP.Interface import Interface_Static
 from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
-from OCP.TopoDS import TopoDS_Shell
+from OCP.TopoDS import TopoDS_Shell, TopoDS_Solid
 
 from cadskin.cad import describe_faces, read_parts
-from cadskin.cad._occ import compound_of, faces_of
+from cadskin.cad._occ import compound_of, faces_of, is_valid
 from cadskin.cad.discretise import part_faces
 from cadskin.cad.faces import bounding_box, surface_area, volume
+from cadskin.cad.solids import repaired
 from cadskin.cad.triangulation import to_ocp
 from cadskin.errors import Cancelled, GeometryError, ReadError
 from cadskin.shape import DiscreteShape
@@ -180,6 +181,25 @@ def test_an_inside_out_solid_is_turned(plate, tmp_path):
     (part,) = as_parts(plate.val().wrapped.Reversed())
     assert volume(part.shape) == pytest.approx(PLATE_VOLUME, rel=1e-9)
     assert any("inside out" in note for note in part.notes)
+
+
+def test_an_invalid_solid_is_healed_and_its_faces_are_followed(plate):
+    builder, shell, solid = BRep_Builder(), TopoDS_Shell(), TopoDS_Solid()
+    builder.MakeShell(shell)
+    for i, face in enumerate(plate.val().Faces()):
+        builder.Add(shell, face.wrapped.Reversed() if i == 2 else face.wrapped)
+    builder.MakeSolid(solid)
+    builder.Add(solid, shell)
+    assert not is_valid(solid)
+    healed = repaired(solid, where="bad.step")
+    assert healed.notes == ("bad.step: healed by ShapeFix (7 faces before, 7 after)",)
+    assert is_valid(healed.shape)
+    assert volume(healed.shape) == pytest.approx(PLATE_VOLUME, rel=1e-9)
+    before, after = describe_faces(solid), describe_faces(healed.shape)
+    assert sorted(healed.origin) == list(range(7))
+    for face, origin in zip(after, healed.origin, strict=True):
+        np.testing.assert_allclose(face.centre, before[origin].centre, atol=1e-9)
+        assert face.area == pytest.approx(before[origin].area)
 
 
 @pytest.mark.parametrize("brep_mode", [0, 1])

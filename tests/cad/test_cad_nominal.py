@@ -9,7 +9,7 @@ import cadskin
 from cadskin.cad import nominal, nominals, read_parts, to_ocp
 from cadskin.cad._occ import faces_of
 from cadskin.cad.faces import surface_area, volume
-from cadskin.errors import GeometryError, SelectionError
+from cadskin.errors import GeometryError, MeshingError, SelectionError
 
 
 @pytest.fixture(scope="module")
@@ -84,6 +84,13 @@ def test_edge_lengths_by_selector(plate):
         nominal(plate, edge_length=4.0, face_edge_lengths={"%TORUS": 1.0})
     with pytest.raises(GeometryError, match="two edge lengths"):
         nominal(plate, edge_length=4.0, face_edge_lengths={">Z": 1.0, "|Z": 2.0})
+
+
+def test_errors_of_the_mesher_name_the_part(plate, tmp_path):
+    path = tmp_path / "plate.step"
+    plate.val().exportStep(str(path))
+    with pytest.raises(MeshingError, match=r"^plate\.step: .*triangles"):
+        nominal(path, edge_length=0.5, max_triangles=1000)
 
 
 def test_one_part_out_of_several():
