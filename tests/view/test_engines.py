@@ -60,7 +60,7 @@ def test_a_missing_pyvista_is_named_with_its_install_line(tmp_path, monkeypatch,
 @pytest.mark.needs_rendering
 def test_both_engines_draw_the_same_silhouette_and_colours(array_shaft, plain_skin):
     pytest.importorskip("pyvista", reason="the optional engine")
-    skin = plain_skin(array_shaft)
+    skin = plain_skin(array_shaft, np.array([0.05, -0.05, -0.03])[array_shaft.feature_ids()])
     scene = scene_of(content_of(skin), low=-0.05, high=0.05)
     camera = fit(view_direction("iso"), scene.points, (20, 40, 260, 280))
     try:
@@ -74,7 +74,7 @@ def test_both_engines_draw_the_same_silhouette_and_colours(array_shaft, plain_sk
     assert masks[0][other_inside].all()
     both = ours_inside & other_inside
     assert both.sum() > 20_000
-    assert np.abs(ours - other)[both].mean() < 0.02
+    assert np.quantile(np.abs(ours - other)[both], 0.95) < 0.01
 
 
 def test_to_pyvista_carries_the_fields(array_box, plain_skin):
