@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from cadskin._typing import Floats, Progress
-from cadskin.cad.meshing.build import Part, build, read_part
+from cadskin.cad.meshing.build import Part, build, read_part, slack
 from cadskin.cad.meshing.check import MeshReport, check_mesh
 from cadskin.cad.meshing.exact import box_diagonal
 from cadskin.cad.meshing.result import LabelledMesh
@@ -177,7 +177,7 @@ def _mesh_part(
     topology = part.topology
     failed = {mesh.index for mesh in meshes if mesh.problem is not None}
     failed |= set(range(len(part.surfaces))) - {mesh.index for mesh in meshes} - set(topology.skipped)
-    notes = [*notes, *_notes_of(part, meshes, found)]
+    notes = [*notes, *_notes_of(part, lengths, meshes, found)]
     return LabelledMesh(
         points=assembly.points,
         triangles=assembly.triangles,
@@ -195,7 +195,7 @@ def _mesh_part(
     )
 
 
-def _notes_of(part: Part, meshes: Any, found: MeshReport) -> list[str]:
+def _notes_of(part: Part, lengths: Floats, meshes: Any, found: MeshReport) -> list[str]:
     notes = [
         f"face {mesh.index}: {mesh.domain.reprojected} boundary points projected onto the surface, its "
         "parameter curves disagree with its edges"
@@ -212,7 +212,8 @@ def _notes_of(part: Part, meshes: Any, found: MeshReport) -> list[str]:
     ]
     for mesh in meshes:
         exact = float(part.areas[mesh.index])
-        if exact > 0 and abs(mesh.area / exact - 1.0) > 0.02:
+        allowed = 0.02 * exact * slack(part, float(lengths[mesh.index])) + part.blur[mesh.index]
+        if exact > 0 and abs(mesh.area - exact) > allowed:
             notes.append(
                 f"face {mesh.index}: area of the triangles {mesh.area:.4g} mm², exact {exact:.4g} mm²"
             )

@@ -25,7 +25,7 @@ from cadskin.cad.meshing.topology import Topology, forward_face, read_topology
 from cadskin.cad.surface import FaceSurface, face_surface
 from cadskin.errors import MeshingError
 
-__all__ = ["Part", "build", "read_part"]
+__all__ = ["Part", "build", "read_part", "slack"]
 
 MAX_REFINEMENTS = 3  # of the edges of a face that folds or crosses itself
 MAX_RESIZES = 3  # of a face whose area is off
@@ -36,7 +36,7 @@ MAX_TURN = math.radians(30.0)  # of a curved edge, per segment
 COARSEST_TURN = math.radians(45.0)
 CURVED = 0.63  # edge length over radius: 36 degrees per edge
 FINEST = 1.0 / 8.0  # of the wanted edge length, on small radii
-MAX_SMALLEST = 1.0 / 16.0  # of it: how far a face may be refined to hold its area
+MAX_SMALLEST = 1.0 / 32.0  # of it: how far a face may be refined to hold its area
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +48,7 @@ class Part:
     curves: tuple[EdgeCurve, ...]
     forward: tuple[Any, ...]
     areas: Floats
+    blur: Floats  # area that the tolerances of a face's edges leave open
     volume: float
     diagonal: float
 
@@ -72,12 +73,20 @@ def read_part(shape: Any) -> Part:
     """Read topology, surfaces and curves of a shape, its exact areas and volume."""
     topology = read_topology(shape)
     areas, _ = face_properties(topology.faces)
+    curves = tuple(
+        read_edge(edge, ends, topology.vertices)
+        for edge, ends in zip(topology.edges, topology.ends, strict=True)
+    )
+    blur = [
+        sum(curves[use.edge].length * curves[use.edge].tolerance for use in uses) for uses in topology.uses
+    ]
     return Part(
         topology,
         tuple(face_surface(face) for face in topology.faces),
-        tuple(read_edge(edge, ends) for edge, ends in zip(topology.edges, topology.ends, strict=True)),
+        curves,
         tuple(forward_face(face) for face in topology.faces),
         areas,
+        np.array(blur),
         shape_volume(shape) if topology.is_solid else 0.0,
         box_diagonal(shape),
     )
@@ -122,7 +131,7 @@ def build(
     return assembly, meshes, work.notes
 
 
-def _slack(part: Part, edge_length: float) -> float:
+def slack(part: Part, edge_length: float) -> float:
     """Return how much coarser than diagonal/100 the mesh is asked to be: its error may grow as much."""
     return float(np.clip(100.0 * edge_length / part.diagonal, 1.0, 4.0))
 
@@ -132,7 +141,7 @@ def _curved_lengths(part: Part, edge_lengths: Floats) -> Floats:
     lengths = edge_lengths.copy()
     for face, surface in enumerate(part.surfaces):
         if surface.kind in ("cylinder", "sphere", "torus"):
-            wanted = CURVED * math.sqrt(_slack(part, lengths[face])) * surface.parameters[-1]
+            wanted = CURVED * math.sqrt(slack(part, lengths[face])) * surface.parameters[-1]
             lengths[face] = min(lengths[face], max(wanted, FINEST * lengths[face]))
     return lengths
 
@@ -152,7 +161,7 @@ def _faces_for_volume(work: _Work, assembly: Assembly) -> list[int]:
     if not exact > 0 or work.problems:
         return []
     error = abs(mesh_volume(assembly.points, assembly.triangles) / exact - 1.0)
-    allowed = VOLUME_TOLERANCE * _slack(work.part, float(work.base.max()))
+    allowed = VOLUME_TOLERANCE * slack(work.part, float(work.base.max()))
     if error <= allowed:
         return []
     curved = {face for face, mesh in work.meshes.items() if mesh.surface.kind != "plane"}
@@ -235,7 +244,7 @@ def _wanted(work: _Work, edge: int) -> int:
     """Return the number of segments of an edge; a turn of 30 degrees per segment, more on a coarse mesh."""
     faces = work.part.topology.edge_faces[edge]
     coarsest = min((float(work.base[face]) for face in faces), default=0.0)
-    turn = min(MAX_TURN * math.sqrt(_slack(work.part, coarsest)), COARSEST_TURN)
+    turn = min(MAX_TURN * math.sqrt(slack(work.part, coarsest)), COARSEST_TURN)
     return segments_for(work.part.curves[edge], _edge_length(work, edge), turn)
 
 
@@ -244,8 +253,8 @@ def _resize(work: _Work, mesh: FaceMesh, retry: set[int]) -> set[int]:
     face, exact = mesh.index, float(work.part.areas[mesh.index])
     if exact <= 0 or work.resized[face] >= MAX_RESIZES:
         return set()
-    error = abs(mesh.area / exact - 1.0)
-    allowed = AREA_TOLERANCE * _slack(work.part, float(work.base[face]))
+    error = (abs(mesh.area - exact) - float(work.part.blur[face])) / exact
+    allowed = AREA_TOLERANCE * slack(work.part, float(work.base[face]))
     if error <= allowed:
         return set()
     work.resized[face] += 1

@@ -39,7 +39,7 @@ class EdgeCurve:
     degenerate : bool
         True where the edge is one point (a pole, an apex).
     tolerance : float
-        The file's own tolerance of the edge [mm].
+        The file's own tolerance of the edge, or the gap between curve and vertices where that is more [mm].
     adaptor : BRepAdaptor_Curve or None
     """
 
@@ -90,7 +90,7 @@ class EdgeSamples:
         return len(self.parameters) - 1
 
 
-def read_edge(edge: Any, ends: Ints) -> EdgeCurve:
+def read_edge(edge: Any, ends: Ints, vertices: Points) -> EdgeCurve:
     """Measure the curve of an edge."""
     tolerance = BRep_Tool.Tolerance_s(edge)
     if BRep_Tool.Degenerated_s(edge):
@@ -98,6 +98,8 @@ def read_edge(edge: Any, ends: Ints) -> EdgeCurve:
         return EdgeCurve(ends, span, np.zeros(2), 0.0, True, tolerance, None)
     curve = BRepAdaptor_Curve(edge)
     span = np.array([curve.FirstParameter(), curve.LastParameter()])
+    for vertex, parameter in zip(ends.tolist(), span.tolist(), strict=True):
+        tolerance = max(tolerance, math.dist(xyz(curve.Value(parameter)), vertices[vertex]))
     kind = curve.GetType()
     width = abs(float(span[1] - span[0]))
     if kind == _LINE:

@@ -10,7 +10,8 @@ import numpy as np
 import pythoncdt
 
 from cadskin._typing import Floats, Ints, Points, Triangles
-from cadskin.cad._jit import kernel
+from cadskin.cad.meshing._space import flip_in_space, measure, node_normals
+from cadskin.cad.meshing.check import half_edge_twins
 from cadskin.cad.meshing.domain import Domain, FaceProblem
 from cadskin.cad.meshing.kernel import Metric, remesh
 from cadskin.cad.meshing.lattice import start_points
@@ -19,7 +20,6 @@ from cadskin.cad.surface import FaceSurface
 __all__ = ["FaceMesh", "mesh_face"]
 
 SMALLEST_SIZE = 0.04  # of the face's edge length
-REGULAR = 1e-6  # of the largest |Su x Sv|: below, the surface has no normal to compare with
 _GRID = (17, 97)
 
 
@@ -111,79 +111,31 @@ def mesh_face(
     )
     uv = position / scale + corner
     uv[:n_fixed] = domain.uv
-    return _evaluated(index, surface, domain, uv, triangles)
+    return _evaluated(index, surface, domain, uv, position, triangles)
 
 
 def _evaluated(
-    index: int, surface: FaceSurface, domain: Domain, uv: Floats, triangles: Triangles
+    index: int, surface: FaceSurface, domain: Domain, uv: Floats, position: Floats, triangles: Triangles
 ) -> FaceMesh:
+    """Put a remeshed face onto its surface, mend what looks bad there, and measure it."""
     derivatives = finite_derivatives(surface, uv)
     n_fixed = len(domain.uv)
     points = derivatives[:, 0].copy()
     points[:n_fixed] = domain.points
     names = np.arange(-len(uv), 0)
-    inside = domain.vertex_ids >= 0
-    names[:n_fixed][inside] = domain.vertex_ids[inside]
+    at_vertex = domain.vertex_ids >= 0
+    names[:n_fixed][at_vertex] = domain.vertex_ids[at_vertex]
+    normals = node_normals(derivatives)
+    if surface.kind != "plane":
+        twin = half_edge_twins(triangles, len(uv))
+        flip_in_space(points, normals, names, position, triangles, twin)
     at_fold = np.zeros(len(uv), np.uint8)
-    area = measure(points, derivatives, names, triangles, at_fold)
+    area = measure(points, normals, names, triangles, at_fold)
     folded: tuple[int, ...] = ()
     if surface.kind != "plane" and at_fold[:n_fixed].any():
         touched = at_fold[domain.segments].any(axis=1)
         folded = tuple(np.unique(domain.segment_edges[touched]).tolist())
     return FaceMesh(index, surface, domain, uv, triangles, points, derivatives, area, folded)
-
-
-@kernel
-def measure(points: Any, derivatives: Any, names: Any, triangles: Any, at_fold: Any) -> float:
-    """Return the area of the triangles; mark the nodes of those that turn away from the surface normal.
-
-    Triangles with two corners of one name (at a pole) will be dropped and are not counted.
-    """
-    total = 0.0
-    largest = 0.0
-    one = np.zeros(3)
-    for node in range(derivatives.shape[0]):
-        cross_product(derivatives[node, 1], derivatives[node, 2], one)
-        largest = max(largest, one[0] ** 2 + one[1] ** 2 + one[2] ** 2)
-    smallest = REGULAR * np.sqrt(largest)
-    edge_1 = np.zeros(3)
-    edge_2 = np.zeros(3)
-    normal = np.zeros(3)
-    wanted = np.zeros(3)
-    for t in range(triangles.shape[0]):
-        a = triangles[t, 0]
-        b = triangles[t, 1]
-        c = triangles[t, 2]
-        if names[a] == names[b] or names[b] == names[c] or names[c] == names[a]:
-            continue
-        for k in range(3):
-            edge_1[k] = points[b, k] - points[a, k]
-            edge_2[k] = points[c, k] - points[a, k]
-            wanted[k] = 0.0
-        cross_product(edge_1, edge_2, normal)
-        double_area = np.sqrt(normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2)
-        total += 0.5 * double_area
-        for i in range(3):
-            node = triangles[t, i]
-            cross_product(derivatives[node, 1], derivatives[node, 2], one)
-            length = np.sqrt(one[0] ** 2 + one[1] ** 2 + one[2] ** 2)
-            if length > smallest:
-                for k in range(3):
-                    wanted[k] += one[k] / length
-        length = np.sqrt(wanted[0] ** 2 + wanted[1] ** 2 + wanted[2] ** 2)
-        dot = normal[0] * wanted[0] + normal[1] * wanted[1] + normal[2] * wanted[2]
-        if length > 0.5 and double_area > 0.0 and dot < 0.5 * length * double_area:
-            for i in range(3):
-                at_fold[triangles[t, i]] = 1
-    return total
-
-
-@kernel
-def cross_product(a: Any, b: Any, out: Any) -> None:
-    """Write a x b into ``out``."""
-    out[0] = a[1] * b[2] - a[2] * b[1]
-    out[1] = a[2] * b[0] - a[0] * b[2]
-    out[2] = a[0] * b[1] - a[1] * b[0]
 
 
 def face_metric(surface: FaceSurface, domain: Domain) -> tuple[Metric, Floats, Floats]:
