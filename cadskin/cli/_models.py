@@ -22,7 +22,7 @@ def deviation_model(text: str, **defaults: float) -> DeviationModel:
     Parameters
     ----------
     text : str
-        ``field``, ``white``, ``field:length=12,kernel=matern32``, ...
+        ``field``, ``noise``, ``field:length=12,kernel=matern32``, ...
     **defaults
         Parameters that the model takes unless ``text`` has them; those it does not know are left out.
 

@@ -1,0 +1,199 @@
+"""``cadskin convert``: a CAD part in, an as-made part out, with a picture beside it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from cadskin.cli._console import note, print_json, print_table, progress_bar
+from cadskin.cli._general_tolerance import general_tolerance
+from cadskin.cli._models import deviation_model, fresh_seed, seed_of_part
+from cadskin.cli._options import (
+    AllowOpen,
+    Backend,
+    CadFile,
+    EdgeLength,
+    EdgeLengthOn,
+    Force,
+    Format,
+    Json,
+    Part,
+    Points,
+    TimeLimit,
+    positive,
+)
+from cadskin.cli._reading import discretise
+from cadskin.cli._targets import check_target, is_device, names_for_parts
+
+if TYPE_CHECKING:
+    from cadskin.shape import NominalModel
+    from cadskin.skin import SkinModel
+
+SIGMAS_PER_TOLERANCE = 8.0  # the zone ends at four sigma: almost every field fits
+
+
+@dataclass(frozen=True)
+class Request:
+    """What is asked of every part.
+
+    Parameters
+    ----------
+    tolerance : float or None
+        Width of the profile zone [mm]; None for the general tolerance by size.
+    seed : int
+    model : str
+    sigma, length : float or None
+        Parameters of the model [mm]; None for defaults by tolerance and size.
+    """
+
+    tolerance: float | None
+    seed: int
+    model: str
+    sigma: float | None
+    length: float | None
+
+
+def command(
+    path: CadFile,
+    output: Annotated[
+        Path,
+        typer.Option("-o", "--output", metavar="OUT", help="Mesh file: .stl .ply .obj .3mf .glb .vtu .npz"),
+    ],
+    tolerance: Annotated[
+        float | None,
+        typer.Option(
+            metavar="T",
+            help="Every face stays within +-T/2 of nominal [mm] [default: ISO 2768-2 class K by size].",
+        ),
+    ] = None,
+    seed: Annotated[
+        int | None, typer.Option(metavar="K", min=0, help="Makes the result repeatable [default: random].")
+    ] = None,
+    edge_length: EdgeLength = None,
+    points: Points = None,
+    edge_length_on: EdgeLengthOn = None,
+    part: Part = None,
+    model: Annotated[
+        str, typer.Option(metavar="NAME", help="Deviation: field, noise, field:kernel=matern32, ...")
+    ] = "field",
+    sigma: Annotated[
+        float | None, typer.Option(metavar="MM", help="Standard deviation of the model [default: T / 8].")
+    ] = None,
+    length: Annotated[
+        float | None,
+        typer.Option(metavar="MM", help="Correlation length of the field [default: a fifth of the part]."),
+    ] = None,
+    picture: Annotated[bool, typer.Option(help="Write the picture OUT.png beside the mesh.")] = True,
+    exaggeration: Annotated[
+        float | None, typer.Option(metavar="X", help="Deviations in the picture times X [default: by size].")
+    ] = None,
+    backend: Backend = "cadskin",
+    allow_open: AllowOpen = False,
+    force: Force = False,
+    format: Format = None,
+    time_limit: TimeLimit = 300.0,
+    json: Json = False,
+) -> None:
+    """Turn a CAD part into a part as it could be made: a closed mesh within its tolerance, and a picture."""
+    kind = check_target(output, format=format, source=path)
+    positive(exaggeration, "--exaggeration", unit="times")
+    request = Request(
+        tolerance=positive(tolerance, "--tolerance"),
+        seed=fresh_seed() if seed is None else seed,
+        model=model,
+        sigma=positive(sigma, "--sigma"),
+        length=positive(length, "--length"),
+    )
+    deviation_model(model, sigma=sigma or 1.0, length=length or 1.0)  # a wrong model is said before the work
+    nominals = discretise(
+        path,
+        edge_length=edge_length,
+        points=points,
+        edge_length_on=edge_length_on,
+        part=part,
+        backend=backend,
+        allow_open=allow_open,
+        force=force,
+        time_limit=time_limit,
+    )
+    names = [nominal.source.part or path.stem for nominal in nominals]
+    records = []
+    for nominal, name, file in zip(nominals, names, names_for_parts(output, names), strict=True):
+        skin, width = _simulate(nominal, name, request)
+        skin.save(file, format=kind)
+        files = [file]
+        if picture and not is_device(file):
+            files.append(_draw(skin, file, exaggeration=exaggeration))
+        records.append(_record(skin, name, request.seed, width, files))
+    if json:
+        print_json(records)
+    else:
+        _show(records, request)
+
+
+def _simulate(nominal: NominalModel, name: str, request: Request) -> tuple[SkinModel, float]:
+    """Return the as-made part and the width of its tolerance zone [mm]."""
+    from cadskin.skin import simulate_in_profile_zone
+
+    longest = float((nominal.surface.points.max(axis=0) - nominal.surface.points.min(axis=0)).max())
+    width = request.tolerance or general_tolerance(longest)
+    model = deviation_model(
+        request.model,
+        sigma=request.sigma or width / SIGMAS_PER_TOLERANCE,
+        length=request.length or longest / 5.0,
+    )
+    with progress_bar(f"simulating {name}") as progress:
+        skin = simulate_in_profile_zone(
+            nominal, model, width, rng=seed_of_part(request.seed, name), progress=progress
+        )
+    for text in nominal.notes:
+        note(f"{name}: {text}")
+    return skin, width
+
+
+def _draw(skin: SkinModel, mesh_file: Path, *, exaggeration: float | None) -> Path:
+    """Draw the picture beside the mesh."""
+    options = {} if exaggeration is None else {"exaggeration": exaggeration}
+    return skin.picture(mesh_file.with_suffix(".png"), **options)
+
+
+def _record(skin: SkinModel, name: str, seed: int, width: float, files: list[Path]) -> dict[str, Any]:
+    surface, deviation = skin.surface, skin.deviation
+    return {
+        "part": name,
+        "points": surface.n_points,
+        "triangles": surface.n_triangles,
+        "watertight": skin.closed,
+        "deviation_min_mm": float(deviation.min()),
+        "deviation_max_mm": float(deviation.max()),
+        "tolerance_mm": width,
+        "model": skin.provenance.model,
+        "seed": seed,
+        "failed_faces": skin.nominal.failed_faces,
+        "files": [str(file) for file in files],
+    }
+
+
+def _show(records: list[dict[str, Any]], request: Request) -> None:
+    rows = [
+        (
+            record["part"],
+            record["points"],
+            record["triangles"],
+            "yes" if record["watertight"] else "no",
+            f"{record['deviation_min_mm']:+.4f} to {record['deviation_max_mm']:+.4f}",
+            f"{record['tolerance_mm']:g}",
+            " ".join(record["files"]),
+        )
+        for record in records
+    ]
+    columns = ("part", "points", "triangles", "watertight", "deviation mm", "tolerance mm", "files")
+    title = f"{len(records)} part{'s'[: len(records) != 1]}, seed {request.seed}"
+    print_table(title, columns, rows, right=("points", "triangles", "tolerance mm"))
+    for model in dict.fromkeys(record["model"] for record in records):
+        typer.echo(f"model: {model}, given that every point is within its tolerance")
+    if request.tolerance is None:
+        typer.echo("tolerance: flatness of ISO 2768-2 class K by the longest side (choose one: --tolerance)")
