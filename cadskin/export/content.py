@@ -117,7 +117,7 @@ def content_of(shape: Shape) -> Content:
             vertex_deviation=np.asarray(shape.vertex_deviation, dtype=np.float64),
             deviation=np.asarray(shape.deviation, dtype=np.float64),
         )
-        content.provenance.update(_plain(getattr(shape, "provenance", None) or {}))
+        content.provenance["skin"] = _plain(getattr(shape, "provenance", None) or {})
     else:
         raise GeometryError(
             f"a {type(shape).__name__} has no mesh; give a NominalModel, a SkinModel or a DiscreteShape"

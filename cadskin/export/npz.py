@@ -29,7 +29,7 @@ def arrays_of(content: Content) -> dict[str, NDArray[Any]]:
     ``triangles``        (m, 3)       vertex indices, outward
     ``face_ids``         (m,)         B-rep face of each triangle
     ``face_names``       (f,)         name of each face
-    ``provenance``       ()           JSON text: generator, unit, source, seed and options where known
+    ``provenance``       ()           JSON text: generator, unit, source of the part, skin (model, seed, ...)
     ``feature_ids``      (m,)         feature of each triangle ¹
     ``nominal_points``   (n, 3)       vertices of the ideal part [mm] ¹
     ``sample_*``                      ``vertex_ids face_ids uv normals curvatures directions singular`` of
