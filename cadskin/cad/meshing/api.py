@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Mapping
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 
@@ -79,6 +79,8 @@ def mesh_shape(
     >>> mesh.closed, len(np.unique(mesh.face_ids))
     (True, 6)
     """
+    if backend not in get_args(Backend):
+        raise GeometryError(f"backend {backend!r} is not known; use {', '.join(get_args(Backend))}")
     deadline = None if time_limit is None else time.monotonic() + time_limit
     if shape is None or shape.IsNull():
         raise GeometryError("the shape is empty: there is nothing to mesh")
@@ -97,9 +99,16 @@ def mesh_shape(
     def make(length: float) -> LabelledMesh:
         lengths = _lengths_of_faces(part, length, faces_too)
         _refuse_too_many(part, lengths, max_triangles)
-        if backend != "cadskin":
-            raise GeometryError(f"backend {backend!r} is not known; use cadskin, gmsh or pymeshlab")
-        return _mesh_part(part, lengths, deadline, progress)
+        if backend == "gmsh":
+            from cadskin.cad.meshing.gmsh_backend import mesh_with_gmsh
+
+            return mesh_with_gmsh(shape, part, length, faces_too, time_limit=_left(deadline))
+        mesh = _mesh_part(part, lengths, deadline, progress)
+        if backend == "pymeshlab":
+            from cadskin.cad.meshing.pymeshlab_backend import mesh_with_pymeshlab
+
+            return mesh_with_pymeshlab(part, mesh, length)
+        return mesh
 
     if n_points is None:
         mesh = make(float(edge_length))
@@ -107,6 +116,10 @@ def mesh_shape(
         mesh = _mesh_with_points(make, float(part.areas.sum()), n_points, diagonal)
     _refuse_open(mesh, part, allow_open)
     return mesh
+
+
+def _left(deadline: float | None) -> float | None:
+    return None if deadline is None else deadline - time.monotonic()
 
 
 def _positive(length: float, name: str, diagonal: float) -> float:
