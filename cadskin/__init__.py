@@ -29,6 +29,7 @@ _HOMES = {
     "NominalModel": "cadskin.shape",
     # the specification
     "read_pmi": "cadskin.cad",
+    "write_step": "cadskin.cad",
     "Datum": "cadskin.spec",
     "DatumSystem": "cadskin.spec",
     "Dimension": "cadskin.spec",
@@ -62,6 +63,8 @@ _HOMES = {
     "SkinEnsemble": "cadskin.skin",
     "SkinModel": "cadskin.skin",
     "simulate": "cadskin.skin",
+    "simulate_ensemble": "cadskin.skin",
+    "simulate_in_profile_zone": "cadskin.skin",
     "weld": "cadskin.skin",
     # out
     "picture": "cadskin.view",
@@ -78,6 +81,7 @@ if TYPE_CHECKING:
     from cadskin.cad import nominals as nominals
     from cadskin.cad import read_parts as read_parts
     from cadskin.cad import read_pmi as read_pmi
+    from cadskin.cad import write_step as write_step
     from cadskin.deviation import DeviationModel as DeviationModel
     from cadskin.deviation import GaussianField as GaussianField
     from cadskin.deviation import Paraboloid as Paraboloid

@@ -22,6 +22,7 @@ _HOMES = {
     "read_parts": "cadskin.cad.documents",
     "read_pmi": "cadskin.cad.pmi.pmi",
     "to_ocp": "cadskin.cad.triangulation",
+    "write_step": "cadskin.cad.pmi.write",
 }
 
 __all__ = [
@@ -38,6 +39,7 @@ __all__ = [
     "read_parts",
     "read_pmi",
     "to_ocp",
+    "write_step",
 ]
 
 if TYPE_CHECKING:
@@ -49,6 +51,7 @@ if TYPE_CHECKING:
     from cadskin.cad.part import CadPart
     from cadskin.cad.partitioning import partition
     from cadskin.cad.pmi.pmi import read_pmi
+    from cadskin.cad.pmi.write import write_step
     from cadskin.cad.selectors import face_indices
     from cadskin.cad.triangulation import to_ocp
 

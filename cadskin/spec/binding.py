@@ -3,19 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from cadskin.errors import SelectionError, SpecificationError
 from cadskin.shape.nominal import Face, Feature, NominalModel
-from cadskin.shape.selectors import select
+from cadskin.shape.selectors import select_faces
 from cadskin.spec.datums import Datum
 from cadskin.spec.dimension import Dimension
 from cadskin.spec.selection import FeatureSelection
 from cadskin.spec.specification import Specification
 from cadskin.spec.tolerance import Tolerance
 
-__all__ = ["bind", "map_features"]
+__all__ = ["bind", "bind_faces", "map_features"]
+
+
+@dataclass(frozen=True)
+class _Part:
+    faces: tuple[Face, ...]
+    groups: tuple[tuple[int, ...], ...]
+    features: tuple[Feature, ...]
+
 
 Change: TypeAlias = Callable[[FeatureSelection, str], FeatureSelection]
 
@@ -40,7 +48,30 @@ def bind(spec: Specification, nominal: NominalModel) -> Specification:
         A selector matches nothing, or a face does not exist; the message names the tolerance and where it
         is written. Or the tolerance has no meaning on this surface (cylindricity on a plane).
     """
-    bound = map_features(spec, lambda feature, label: _bound(feature, nominal, label))
+    groups = tuple(feature.face_indices for feature in nominal.features)
+    return bind_faces(spec, nominal.faces, groups, features=nominal.features)
+
+
+def bind_faces(
+    spec: Specification,
+    faces: Sequence[Face],
+    groups: Sequence[Sequence[int]],
+    *,
+    features: Sequence[Feature] = (),
+) -> Specification:
+    """Return the specification on the faces of a part that is not meshed; see `bind`.
+
+    Parameters
+    ----------
+    spec : Specification
+    faces : sequence of Face
+    groups : sequence of sequence of int
+        Face indices of each feature.
+    features : sequence of Feature
+        For selectors by feature name.
+    """
+    part = _Part(tuple(faces), tuple(tuple(group) for group in groups), tuple(features))
+    bound = map_features(spec, lambda feature, label: _bound(feature, part, label))
     return Specification(
         *bound.tolerances,
         datums=bound.datums,
@@ -91,49 +122,49 @@ def _label(what: str, source: str | None) -> str:
     return f"{source}: {what}" if source else what
 
 
-def _bound(feature: FeatureSelection, nominal: NominalModel, label: str) -> FeatureSelection:
+def _bound(feature: FeatureSelection, part: _Part, label: str) -> FeatureSelection:
     if not feature:
         return feature
     if feature.faces and not feature.selectors:
-        return replace(feature, kinds=_kinds(_existing(feature.faces, nominal, label)))
+        return replace(feature, kinds=_kinds(_existing(feature.faces, part, label)))
     if feature.selectors:
-        return _selected(feature, nominal, label)
-    return _by_step_number(feature, nominal, label)
+        return _selected(feature, part, label)
+    return _by_step_number(feature, part, label)
 
 
-def _existing(indices: Sequence[int], nominal: NominalModel, label: str) -> list[Face]:
+def _existing(indices: Sequence[int], part: _Part, label: str) -> list[Face]:
     for index in indices:
-        if not 0 <= index < len(nominal.faces):
+        if not 0 <= index < len(part.faces):
             raise SpecificationError(
-                f"{label} is on face {index}; the part has faces 0 to {len(nominal.faces) - 1}"
+                f"{label} is on face {index}; the part has faces 0 to {len(part.faces) - 1}"
             )
-    return [nominal.faces[index] for index in indices]
+    return [part.faces[index] for index in indices]
 
 
 def _kinds(faces: Sequence[Face]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(face.kind for face in faces))
 
 
-def _selected(feature: FeatureSelection, nominal: NominalModel, label: str) -> FeatureSelection:
-    found: dict[int, Feature] = {}
+def _selected(feature: FeatureSelection, part: _Part, label: str) -> FeatureSelection:
+    chosen: set[int] = set()
     for selector in feature.selectors:
         try:
-            found.update({item.id: item for item in select(nominal, selector)})
+            chosen.update(select_faces(part.faces, selector, features=part.features))
         except SelectionError as error:
             raise SpecificationError(f"{label}: {error}") from error
-    members = list(found.values())
-    faces = [face for member in members for face in member.faces]
+    members = [group for group in part.groups if chosen.intersection(group)]
+    faces = [part.faces[index] for member in members for index in member]
     return replace(
         feature,
         faces=tuple(face.index for face in faces),
         step_faces=tuple(face.step_id for face in faces if face.step_id is not None),
-        groups=tuple(member.face_indices for member in members) if len(members) > 1 else (),
+        groups=tuple(members) if len(members) > 1 else (),
         kinds=_kinds(faces),
     )
 
 
-def _by_step_number(feature: FeatureSelection, nominal: NominalModel, label: str) -> FeatureSelection:
-    by_number = {face.step_id: face for face in nominal.faces if face.step_id is not None}
+def _by_step_number(feature: FeatureSelection, part: _Part, label: str) -> FeatureSelection:
+    by_number = {face.step_id: face for face in part.faces if face.step_id is not None}
     known = [by_number[number] for number in feature.step_faces if number in by_number]
     if not known:
         shown = ", ".join(f"#{number}" for number in feature.step_faces[:5])

@@ -29,17 +29,18 @@ def frame(tolerance: Tolerance) -> str:
     >>> frame(position("%CYLINDER", 0.1, datums="A|B|C", diameter=True, material="MMR"))
     '⌖ ⌀0.1 Ⓜ | A | B | C'
     """
-    sign = {"diameter": "⌀", "spherical_diameter": "S⌀"}.get(tolerance.zone.shape, "")
-    parts = [tolerance.characteristic.symbol, sign + number(tolerance.value)]
-    parts += _zone_words(tolerance.zone)
+    zone = tolerance.zone
+    sign = {"diameter": "⌀", "spherical_diameter": "S⌀"}.get(zone.shape, "")
+    parts = [tolerance.characteristic.symbol, sign + number(tolerance.value), *_per_unit(zone)]
     if tolerance.material != "RFS":
         parts.append({"MMR": "Ⓜ", "LMR": "Ⓛ"}[tolerance.material])
+    parts += _zone_words(zone)
     parts += [modifier_symbol(name) for name in tolerance.modifiers]
     compartments = [reference.symbols() for reference in tolerance.datums.references]
     return " | ".join([" ".join(parts), *compartments])
 
 
-def _zone_words(zone: ToleranceZone) -> list[str]:
+def _per_unit(zone: ToleranceZone) -> list[str]:
     words = []
     if zone.per_length is not None:
         words.append(f"/ {number(zone.per_length)}")
@@ -47,6 +48,11 @@ def _zone_words(zone: ToleranceZone) -> list[str]:
         sides = [number(side) for side in (zone.per_area.size, zone.per_area.second) if side is not None]
         mark = {"circular": "⌀", "square": "□"}.get(zone.per_area.shape, "")
         words.append("/ " + mark + "×".join(sides or [zone.per_area.shape]))
+    return words
+
+
+def _zone_words(zone: ToleranceZone) -> list[str]:
+    words = []
     if zone.outside is not None:
         words.append(f"Ⓤ {number(zone.outside)}")
     if zone.projected is not None:

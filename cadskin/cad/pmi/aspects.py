@@ -100,11 +100,15 @@ class Aspects:
         """
         key = (aspect, prefer)
         if key not in self._resolved:
-            self._resolved[key] = self.resolve_items(self.item_groups(aspect), prefer=prefer)
+            self._resolved[key] = self.resolve_items(
+                self.item_groups(aspect), prefer=prefer, stated=self._is_stated_pattern(aspect)
+            )
         return self._resolved[key]
 
-    def resolve_items(self, item_groups: list[list[int]], *, prefer: Prefer = "surface") -> Resolved:
-        """Return the faces of geometric items; see `resolve`."""
+    def resolve_items(
+        self, item_groups: list[list[int]], *, prefer: Prefer = "surface", stated: bool = False
+    ) -> Resolved:
+        """Return the faces of geometric items; the members of a ``stated`` pattern stay apart."""
         groups: list[tuple[int, ...]] = []
         via: dict[str, None] = {}
         missing: dict[str, None] = {}
@@ -123,7 +127,8 @@ class Aspects:
             if found:
                 groups.append(tuple(found))
         numbers = tuple(dict.fromkeys(face for group in groups for face in group))
-        return Resolved(numbers, self._merged(groups), tuple(via), tuple(missing), not any_item)
+        members = tuple(groups) if stated else self._merged(groups)
+        return Resolved(numbers, members, tuple(via), tuple(missing), not any_item)
 
     def item_groups(self, aspect: int) -> list[list[int]]:
         """Return the geometric items of an aspect, those of each component by itself.
@@ -165,6 +170,10 @@ class Aspects:
             pending += reversed(self._next(number))
             items.update(dict.fromkeys(self.graph.items.get(number, [])))
         return list(items)
+
+    def _is_stated_pattern(self, number: int) -> bool:
+        values = self.graph.inherited(number, "SHAPE_ASPECT") if self.file.is_a(number, *_COMPOSITES) else ()
+        return len(values) > 1 and values[1] == "pattern of features"
 
     def _is_united(self, number: int) -> bool:
         if self.file.is_a(number, "COMPOSITE_UNIT_SHAPE_ASPECT", "CONTINUOUS_SHAPE_ASPECT"):

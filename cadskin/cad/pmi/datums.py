@@ -14,7 +14,7 @@ from cadskin.spec.specification import Unresolved
 
 __all__ = ["DatumReader"]
 
-_TARGETS = ("PLACED_DATUM_TARGET_FEATURE", "DATUM_TARGET")
+_TARGETS = ("PLACED_DATUM_TARGET_FEATURE", "DATUM_TARGET", "MOVABLE_DATUM_TARGET")
 _KINDS: dict[str, TargetKind] = {
     "point": "point",
     "line": "line",
@@ -169,8 +169,9 @@ class DatumReader:
     def _target(self, number: int, letter: str) -> DatumTarget:
         values = self.graph.inherited(number, "SHAPE_ASPECT")
         kind = _KINDS.get(str(values[1]).strip().lower() if len(values) > 1 else "", "area")
-        last = self.file.values(number, "DATUM_TARGET") or self.file.values(number)
-        label = f"{letter}{last[-1]}" if last and isinstance(last[-1], str) else letter
+        # Simple: the fifth attribute; complex: the only one of the record DATUM_TARGET.
+        stated = self.file.values(number)[4:5] or self.file.values(number, "DATUM_TARGET")[-1:]
+        label = f"{letter}{stated[0]}" if stated and isinstance(stated[0], str) else letter
         resolved = [self.aspects.resolve(x) for x in [number, *self.graph.target_features(number)]]
         feature, _ = selection(_join(resolved), self.face_map, self.aspects.topology)
         sizes: dict[str, float] = {}

@@ -10,7 +10,7 @@ from functools import cached_property
 from cadskin.cad.pmi.part21 import Part21File
 from cadskin.cad.pmi.tokens import Enumeration, Reference, Typed, Value
 
-__all__ = ["Measure", "PmiGraph", "Unit", "references"]
+__all__ = ["Measure", "PmiGraph", "Unit", "clean", "references"]
 
 _PREFIXES = {
     "EXA": ("E", 1e18), "PETA": ("P", 1e15), "TERA": ("T", 1e12), "GIGA": ("G", 1e9), "MEGA": ("M", 1e6),
@@ -162,7 +162,7 @@ class PmiGraph:
             inner = value.values[0]
             if isinstance(inner, int | float) and not isinstance(inner, Reference):
                 unit = self.context_unit("angle" if "ANGLE" in value.name else "length")
-                return Measure(_clean(inner * unit.factor), float(inner), unit)
+                return Measure(clean(inner * unit.factor), float(inner), unit)
             value = inner
         if not isinstance(value, int):
             return None
@@ -170,7 +170,7 @@ class PmiGraph:
         if raw is None:
             return None
         unit = self.unit(raw[1]) if raw[1] is not None else self.context_unit("length")
-        return Measure(_clean(raw[0] * unit.factor), raw[0], unit, self._item_name(int(value)))
+        return Measure(clean(raw[0] * unit.factor), raw[0], unit, self._item_name(int(value)))
 
     def _item_name(self, number: int) -> str:
         records = self.file.records(number)
@@ -265,7 +265,7 @@ class PmiGraph:
         return [float(x) for x in values if isinstance(x, int | float) and not isinstance(x, Reference)]
 
 
-def _clean(value: float) -> float:
+def clean(value: float) -> float:
     """Return 0.762 for 0.03 inch, not 0.7619999999999999: what a product of two rounded numbers means."""
     return float(f"{value:.15g}")
 

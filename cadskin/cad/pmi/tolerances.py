@@ -9,6 +9,7 @@ from typing import Any, get_args
 
 from cadskin.cad.pmi.aspects import SIZES, Aspects, Resolved
 from cadskin.cad.pmi.datums import DatumReader
+from cadskin.cad.pmi.derived import inferred_derived
 from cadskin.cad.pmi.graph import references
 from cadskin.cad.pmi.selections import FaceMap, selection
 from cadskin.cad.pmi.tokens import Enumeration, Value
@@ -48,7 +49,6 @@ _SCOPES: tuple[tuple[str, Scope], ...] = (
     ("ALL_OVER_SHAPE_ASPECT", "all_over"),
     ("BETWEEN_SHAPE_ASPECT", "between"),
 )
-_LOCATING = ("position", "symmetry", "coaxiality", "concentricity")
 
 
 class ToleranceReader:
@@ -152,13 +152,14 @@ class ToleranceReader:
         if target is None or target not in file:
             self._leave(number, "it refers to nothing" if target is None else f"#{target} is not in the file")
             return FeatureSelection(), "feature", ("no feature",)
+        auxiliary = self._auxiliary(number)
         if file.is_a(target, *_WHOLE_PART):
-            return FeatureSelection(), "general", ("on the whole part",)
-        is_axis = zone.shape != "width" or file.is_a(target, "CENTRE_OF_SYMMETRY", *SIZES)
+            scope: Scope = "all_over" if "ALL_OVER" in auxiliary else "general"
+            return FeatureSelection(), scope, ("on the whole part",)
+        is_axis = zone.shape != "width" or self._is_centre(target)
         resolved = self.aspects.resolve(target, prefer="axis" if is_axis else "surface")
         feature, notes = selection(resolved, self.face_map, self.aspects.topology)
         feature = _with_derived(feature, self._derived(leaf, target, zone, feature, resolved))
-        auxiliary = self._auxiliary(number)
         if feature:
             return feature, self._scope(target, feature, auxiliary), notes
         if resolved.empty and (auxiliary or CHARACTERISTICS[leaf].group == "profile"):
@@ -187,20 +188,14 @@ class ToleranceReader:
     def _derived(
         self, leaf: str, target: int, zone: ToleranceZone, feature: FeatureSelection, resolved: Resolved
     ) -> Derived:
-        if zone.shape == "spherical_diameter":
-            return "centre_point"
-        if zone.shape == "diameter":
-            return "axis"
-        if "line in face" in resolved.via:
+        if zone.shape == "width" and "line in face" in resolved.via:
             return "line_element"
-        if not (leaf in _LOCATING or self.file.is_a(target, "CENTRE_OF_SYMMETRY", *SIZES)):
-            return "none"
-        kinds = set(feature.kinds)
-        if kinds == {"plane"}:
-            return "median_plane" if len(feature.step_faces) > 1 else "none"
-        if kinds == {"sphere"}:
-            return "centre_point"
-        return "axis" if kinds and kinds <= {"cylinder", "cone"} else "none"
+        return inferred_derived(leaf, zone.shape, feature.kinds, feature, centre=self._is_centre(target))
+
+    def _is_centre(self, target: int) -> bool:
+        parts = self.graph.parts_of(target)
+        kinds = ("CENTRE_OF_SYMMETRY", *SIZES)
+        return self.file.is_a(target, *kinds) or any(self.file.is_a(part, kinds[0]) for part in parts)
 
     # -- zones and composites --------------------
 

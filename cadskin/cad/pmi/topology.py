@@ -83,7 +83,9 @@ class Topology:
     def _direction(self, number: int | None) -> Vectors | None:
         vector = self._vector(number)
         length = 0.0 if vector is None else float(np.linalg.norm(vector))
-        return None if vector is None or not 0 < length < np.inf else vector / length
+        if vector is None or not 0 < length < np.inf:
+            return None
+        return vector if abs(length - 1.0) < 1e-15 else vector / length
 
     def placement(self, number: int | None) -> tuple[Points, Vectors] | None:
         """Return the origin and axis [file units] of an ``AXIS1_PLACEMENT`` or ``AXIS2_PLACEMENT_3D``."""
@@ -95,10 +97,13 @@ class Topology:
             return None
         return origin, np.array([0.0, 0.0, 1.0]) if axis is None else axis
 
-    def frame(self, number: int) -> tuple[Points, Vectors, Vectors | None] | None:
-        """Return origin, third and first axis of a placement; the first is None where it is left out."""
+    def frame(self, number: int) -> tuple[Points, Vectors | None, Vectors | None] | None:
+        """Return origin, third and first axis of a placement; None for an axis that is left out."""
         placed = self.placement(number)
-        return None if placed is None else (*placed, self._direction(self.graph.reference(number, 3)))
+        if placed is None:
+            return None
+        axis, first = (self._direction(self.graph.reference(number, i)) for i in (2, 3))
+        return placed[0], axis, first
 
     def axis_of_surface(self, surface: int) -> tuple[Points, Vectors] | None:
         """Return a point and the direction of a surface's axis (a plane's normal) [file units]."""
