@@ -12,7 +12,7 @@ export OMP_NUM_THREADS ?= 1
 export NUMBA_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo lint format type layers test test-all examples corpus bench coexist ci clean
+.PHONY: help setup demo lint format type layers test test-all examples corpus images bench coexist ci clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*## ' $(firstword $(MAKEFILE_LIST)) | sed -E 's/^([a-z-]+):.*## /\1|/' \
@@ -51,6 +51,10 @@ examples: $(VENV)/.dev ## run every example and check the number it returns
 corpus: $(VENV)/.dev ## mesh the STEP files in $$CADSKIN_CORPUS; the table goes to docs/corpus.md
 	$(BIN)/python benchmarks/corpus_table.py $(ARGS)
 
+images: $(VENV)/.dev ## draw the pictures of the README again
+	@mkdir -p docs/images
+	$(BIN)/python examples/03_step_to_skin.py docs/images/bracket_skin.png
+
 bench: $(VENV)/.dev ## run the benchmarks (each prints its own table)
 	@for script in benchmarks/bench_*.py; do echo "== $$script"; $(BIN)/python $$script || exit 1; done
 
@@ -74,7 +78,7 @@ $(VENV)/.base:
 	@touch $@
 
 $(VENV)/.demo: $(VENV)/.base pyproject.toml
-	$(BIN)/python -m pip install --quiet --editable '.[view]'
+	$(BIN)/python -m pip install --quiet --editable .
 	@touch $@
 
 # Both OCP wheels are installed here and write the same files; when the wrong one came last, put it right.

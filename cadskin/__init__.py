@@ -96,6 +96,8 @@ if TYPE_CHECKING:
     from cadskin.skin import SkinEnsemble as SkinEnsemble
     from cadskin.skin import SkinModel as SkinModel
     from cadskin.skin import simulate as simulate
+    from cadskin.skin import simulate_ensemble as simulate_ensemble
+    from cadskin.skin import simulate_in_profile_zone as simulate_in_profile_zone
     from cadskin.skin import weld as weld
     from cadskin.spec import Datum as Datum
     from cadskin.spec import DatumSystem as DatumSystem

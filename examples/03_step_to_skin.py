@@ -13,7 +13,6 @@ import sys
 from pathlib import Path
 
 import cadskin as cs
-from cadskin.skin import simulate_in_profile_zone
 
 BRACKET = Path(__file__).resolve().parent / "parts" / "bracket.step"
 TOLERANCE = 0.1  # mm
@@ -22,7 +21,7 @@ TOLERANCE = 0.1  # mm
 def make(edge_length: float) -> cs.SkinModel:
     part = cs.nominal(BRACKET, edge_length=edge_length)
     model = cs.GaussianField(sigma=TOLERANCE / 8, length=12)
-    return simulate_in_profile_zone(part, model, TOLERANCE, rng=7)
+    return cs.simulate_in_profile_zone(part, model, TOLERANCE, rng=7)
 
 
 def main() -> float:
