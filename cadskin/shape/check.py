@@ -260,7 +260,7 @@ def inverted_triangles(points: Points, reference: Points, triangles: Triangles, 
     triangles : (m, 3) int
     tol : float
         A triangle counts as inverted when its area, seen along the normal it had, is not more than ``tol``
-        times the area it had.
+        times the area it had. A triangle without area has no side to turn to and never counts.
 
     Returns
     -------
@@ -268,9 +268,8 @@ def inverted_triangles(points: Points, reference: Points, triangles: Triangles, 
     """
     before = triangle_normals(reference, triangles, unit=False)
     after = triangle_normals(points, triangles, unit=False)
-    return np.asarray(
-        np.einsum("ij,ij->i", before, after) <= tol * np.einsum("ij,ij->i", before, before), dtype=np.bool_
-    )
+    turned = np.einsum("ij,ij->i", before, after) <= tol * np.einsum("ij,ij->i", before, before)
+    return np.asarray(turned & ~_degenerate(reference, triangles), dtype=np.bool_)
 
 
 def _degenerate(points: Points, triangles: Triangles) -> Bools:

@@ -133,6 +133,9 @@ def test_inverted_triangles():
     assert turned.tolist() == [True, True, True, False]
     assert not inverted_triangles(3 * TET + 1, TET, TET_TRIANGLES).any()
     assert inverted_triangles(0.1 * TET, TET, TET_TRIANGLES, tol=0.02).all()
+    flat = TET.copy()
+    flat[2] = [2, 0, 0]
+    assert inverted_triangles(TET, flat, TET_TRIANGLES).tolist() == [False, False, True, True]
 
 
 @pytest.mark.parametrize("seed", range(3))
