@@ -147,6 +147,16 @@ def normal_equations(
 
 
 @numba.njit(cache=True)
+def farthest(points: Floats, origin: Floats) -> float:
+    """Return the largest distance of points (n, 3) from ``origin``."""
+    largest = 0.0
+    for i in range(points.shape[0]):
+        x, y, z = points[i, 0] - origin[0], points[i, 1] - origin[1], points[i, 2] - origin[2]
+        largest = max(largest, x * x + y * y + z * z)
+    return np.sqrt(largest)  # type: ignore[no-any-return]
+
+
+@numba.njit(cache=True)
 def moments(points: Floats, centre: Floats) -> tuple[Floats, Floats]:
     """Return the sum (3,) and the second moments (3, 3) of points about ``centre``, summed in blocks."""
     first, second = np.zeros(3), np.zeros((3, 3))

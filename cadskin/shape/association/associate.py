@@ -12,7 +12,7 @@ from cadskin.errors import AssociationError
 from cadskin.shape.association import _kernels as kernels
 from cadskin.shape.association.bounds import hull_width, is_arc_open
 from cadskin.shape.association.constrained import constrained
-from cadskin.shape.association.least_squares import best_start, fit, principal_axes, start_poses
+from cadskin.shape.association.least_squares import best_start, coarse_start, fit, principal_axes, start_poses
 from cadskin.shape.association.minimax import Minimax, Mode, minimax
 from cadskin.shape.association.models import SurfaceModel
 from cadskin.shape.association.packing import pack, pack_squares, slab_certificate
@@ -107,15 +107,20 @@ def associate(
     family = _family(kind)
     word = _criterion(criterion)
     cloud = checked_points(points, least=family.least, what=kind)
-    base = np.round(cloud.mean(axis=0))  # subtracting whole millimetres loses no digit
+    base = np.round(cloud[:: max(1, len(cloud) // 1000)].mean(axis=0))  # whole millimetres lose no digit
     local = np.ascontiguousarray(cloud - base)
     direction = fixed_axis if fixed_axis is not None else axis
     columns = _columns(family, fixed_axis is not None)
-    pose = _least_squares(
-        local, kind, columns[0], direction, fixed_axis is not None, section_normal, start, base
-    )
-    rounding = 2 * _EPS * float(np.abs(cloud).max()) + 4 * _EPS * float(np.abs(local).max())
+    request = _Request(kind, direction, fixed_axis is not None, section_normal, word == "least squares")
+    begin = None if start is None else Pose(start.origin - base, start.axes, start.shape)
+    pose = _least_squares(local, request, columns[0], begin)
+    rounding = 2 * _EPS * _largest(cloud) + 4 * _EPS * _largest(local)
     return _finish(local, base, kind, word, pose, columns, rounding)
+
+
+def _largest(points: Points) -> float:
+    """Return the largest coordinate, without its sign."""
+    return float(max(points.max(), -points.min()))
 
 
 def _columns(family: _Family, fixed: bool) -> tuple[tuple[int, ...], tuple[int, ...]]:
@@ -164,25 +169,29 @@ def checked_points(points: Points, *, least: int, what: str) -> Points:
     return cloud
 
 
-def _least_squares(
-    local: Points,
-    kind: Kind,
-    squares: tuple[int, ...],
-    direction: Vectors | None,
-    fixed: bool,
-    section_normal: Vectors | None,
-    start: Pose | None,
-    base: Points,
-) -> Pose:
+@dataclass(frozen=True, eq=False)
+class _Request:
+    """What is known before the fit."""
+
+    kind: Kind
+    direction: Vectors | None
+    fixed: bool
+    section_normal: Vectors | None
+    must_converge: bool
+
+
+def _least_squares(local: Points, request: _Request, squares: tuple[int, ...], start: Pose | None) -> Pose:
     """Return the least-squares pose."""
+    kind, direction, fixed, section_normal = (
+        request.kind, request.direction, request.fixed, request.section_normal
+    )  # fmt: skip
     family = _FAMILIES[kind]
     centre, directions, spread = principal_axes(local)
     _refuse_degenerate(kind, spread, local, fixed=fixed)
     if start is not None:
-        begin = Pose(start.origin - base, start.axes, start.shape)
-        return fit(local, family.kind, begin, squares).tidy()
+        return fit(local, family.kind, start, squares)
     if kind == "plane":
-        return _plane_pose(local, centre, directions, direction, fixed)
+        return _plane_pose(centre, directions, direction, fixed)
     if kind == "line":
         along = directions[:, 0] if not fixed else np.asarray(direction, dtype=np.float64)
         if direction is not None and along @ np.asarray(direction) < 0:
@@ -194,22 +203,24 @@ def _least_squares(
         normal = directions[:, 2] if section_normal is None else np.asarray(section_normal, dtype=np.float64)
         direction = normal
     starts = start_poses(local, family.kind, axis=direction)
-    pose = fit(local, family.kind, best_start(local, family.kind, starts, squares), squares)
+    try:
+        pose = fit(local, family.kind, best_start(local, family.kind, starts, squares), squares)
+    except AssociationError:
+        if request.must_converge:
+            raise
+        pose = coarse_start(local, family.kind, starts)
     if kind == "cylinder":
         pose = _centred_along(pose, local)
     return _oriented(pose, direction)
 
 
-def _plane_pose(
-    local: Points, centre: Points, directions: Vectors, direction: Vectors | None, fixed: bool
-) -> Pose:
+def _plane_pose(centre: Points, directions: Vectors, direction: Vectors | None, fixed: bool) -> Pose:
     if fixed:
         return Pose(centre, frame_about(np.asarray(direction)), np.zeros(2))
     normal = directions[:, 2]
     if direction is not None and normal @ np.asarray(direction, dtype=np.float64) < 0:
         normal = -normal
-    pose = Pose(centre, frame_about(normal, directions[:, 0]), np.zeros(2))
-    return fit(local, kernels.PLANE, pose, (3, 4, 6), max_iterations=20) if len(local) > 10_000 else pose
+    return Pose(centre, frame_about(normal, directions[:, 0]), np.zeros(2))
 
 
 def _profile_line_pose(
@@ -230,7 +241,7 @@ def _profile_line_pose(
 
 
 def _refuse_degenerate(kind: Kind, spread: Floats, local: Points, *, fixed: bool) -> None:
-    largest = float(np.abs(local).max())
+    largest = _largest(local)
     if spread[0] <= 4 * _EPS * max(largest, 1.0):
         raise AssociationError(f"all points coincide; a {kind} cannot be associated")
     if kind in ("line", "profile line"):

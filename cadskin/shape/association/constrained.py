@@ -118,6 +118,9 @@ def _packed(
     multipliers: Floats,
     sign: float,
 ) -> Association:
+    beyond = float((sign * model.distances(pose)).max())  # rounding of the step: moved out again
+    slope = np.cos(pose.shape[1]) if model.angular_shape() else 1.0
+    pose = Pose(pose.origin, pose.axes, pose.shape + np.array([sign * beyond / slope, 0.0]))
     free = pack_squares(model, base, kind, pose, chosen)
     values = model.distances(pose)
     _, right, _ = kernels.normal_equations(model.points, model.kind, pose.origin, pose.axes, pose.shape)

@@ -29,19 +29,19 @@ _EPS = float(np.finfo(np.float64).eps)
 
 def principal_axes(points: Points) -> tuple[Points, Vectors, Floats]:
     """Return centroid (3,), principal directions as columns (3, 3), standard deviations (3,)."""
-    base = points[0]
-    first, _ = _kernels.moments(points, base)
+    base = np.zeros(3) if len(points) > 10_000 else points[0]
+    first, second = _kernels.moments(points, base)
     centre = base + first / len(points)
-    rest, second = _kernels.moments(points, centre)
-    centre = centre + rest / len(points)
-    values, vectors = np.linalg.eigh(second / len(points))
     if len(points) <= 10_000:  # the eigenvalues of the squares lose half of the digits of a thin cloud
         triangle = np.linalg.qr(points - centre, mode="r")
         _, singular, right = np.linalg.svd(triangle, full_matrices=True)
         spread = np.zeros(3)
         spread[: len(singular)] = singular / np.sqrt(len(points))
         return centre, _right_handed(right.T), spread
-    return centre, _right_handed(vectors[:, ::-1]), np.sqrt(np.maximum(values[::-1], 0.0))
+    shift = centre - base
+    values, vectors = np.linalg.eigh(second / len(points) - np.outer(shift, shift))
+    spread = np.sqrt(np.maximum(values[::-1], 0.0))
+    return centre, _right_handed(vectors[:, ::-1]), np.where(spread > 1e-7 * spread[0], spread, 0.0)
 
 
 def _right_handed(vectors: Vectors) -> Vectors:
@@ -66,7 +66,7 @@ def fit(points: Points, kind: int, start: Pose, free: tuple[int, ...], *, max_it
         return start
     columns = list(free)
     pose = start
-    length = max(float(np.linalg.norm(np.ptp(points, axis=0))), _EPS)
+    length = max(_kernels.farthest(points, pose.origin), _EPS)
     scale = _scales(kind, length)[columns]
     square, right, total = _kernels.normal_equations(points, kind, pose.origin, pose.axes, pose.shape)
     damping, last = 0.0, np.inf
@@ -213,6 +213,13 @@ def _torus_starts(local: Points, centre: Points, axes: Vectors) -> list[Pose]:
             origin = centre + axes @ np.array([xy[0], xy[1], height])
             starts.append(Pose(origin, axes, np.array([minor, major])))
     return starts
+
+
+def coarse_start(points: Points, kind: int, starts: list[Pose]) -> Pose:
+    """Return the start of least squared distances; for a minimax of points whose least squares run away."""
+    sample = np.ascontiguousarray(points[:: max(1, len(points) // _SAMPLE)])
+    totals = [_kernels.normal_equations(sample, kind, p.origin, p.axes, p.shape)[2] for p in starts]
+    return starts[int(np.argmin(np.where(np.isfinite(totals), totals, np.inf)))]
 
 
 def best_start(points: Points, kind: int, starts: list[Pose], free: tuple[int, ...]) -> Pose:

@@ -22,7 +22,7 @@ References
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
@@ -121,7 +121,7 @@ def minimax(
     Raises
     ------
     AssociationError
-        No convergence, or the optimum runs away (none exists).
+        The optimum runs away (none exists).
     """
     distances = model.distances(start)
     if not np.isfinite(distances).all():
@@ -248,14 +248,12 @@ def _solve(problem: Problem, pose: Pose, *, trust: float | None, max_iterations:
         if problem.ran_away(pose):
             raise AssociationError(
                 "none exists: the optimum runs away from the points (an arc of 180 degrees or less has no "
-                "maximum inscribed element); use another criterion"
+                "maximum inscribed element; other points are as well on a plane or a line)"
             )
         if radius < 1e-15 * problem.length or predicted <= 1e-3 * _EPS * problem.length:
-            return problem.measured(guess), iteration
-    raise AssociationError(
-        f"the association did not converge in {max_iterations} linear programs; give a better start or "
-        "check that the points belong to this kind of surface"
-    )
+            break
+    # The best that was found; its Kuhn-Tucker residual tells that it is not certified.
+    return problem.measured(replace(guess, pose=pose, offsets=offsets)), max(iteration, 1)
 
 
 def _linear_step(

@@ -50,6 +50,9 @@ class DistanceModel(Protocol):
     def angular_shape(self) -> bool:
         """Tell whether the second shape number is an angle."""
 
+    def bend(self, pose: Pose) -> float:
+        """Return the smallest radius of curvature of a distance at the points [mm]; infinite for a plane."""
+
 
 @dataclass(frozen=True, eq=False)
 class SurfaceModel:
@@ -82,6 +85,15 @@ class SurfaceModel:
     def angular_shape(self) -> bool:
         """Tell whether the second shape number is an angle."""
         return self.kind == _kernels.CONE
+
+    def bend(self, pose: Pose) -> float:
+        """Return the smallest distance of a point from the axis, centre or centre line [mm]."""
+        if self.kind == _kernels.PLANE:
+            return np.inf
+        if self.kind == _kernels.CONE:
+            across = pose.local(self.points)[:, :2]
+            return float(np.linalg.norm(across, axis=1).min())
+        return float(self.distances(pose).min() + pose.shape[0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,6 +186,15 @@ class CompositeModel:
         """Tell whether the second shape number is an angle."""
         return False
 
+    def bend(self, pose: Pose) -> float:
+        """Return the smallest radius of curvature of a distance at the points [mm]."""
+        bends = [
+            SurfaceModel(patch.kind, np.ascontiguousarray(self.points[ids])).bend(placed)
+            for patch, ids, placed in self._parts(pose)
+            if patch.kind != FREEFORM
+        ]
+        return min(bends, default=np.inf)
+
 
 def concatenate(parts: Sequence[tuple[Patch, Points]]) -> CompositeModel:
     """Return the composite of patches, each with its own points."""
@@ -190,6 +211,4 @@ def _rigid_jacobian(local: Points, normals: Points) -> Floats:
 
 
 def _reach(points: Points, pose: Pose) -> float:
-    low, high = points.min(axis=0), points.max(axis=0)
-    corner = np.maximum(np.abs(low - pose.origin), np.abs(high - pose.origin))
-    return float(np.linalg.norm(corner))
+    return float(_kernels.farthest(points, pose.origin))

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from cadskin.errors import AssociationError
 from cadskin.shape.association import _kernels as kernels
 from cadskin.shape.association.bounds import enclosing_line_bound, hull_width, slab_margin, widest_weights
 from cadskin.shape.association.pose import Pose
@@ -162,8 +163,8 @@ def _scope(
 
 
 def _diagonal(points: Points) -> float:
-    """Return the diagonal of the bounding box [mm]."""
-    return float(np.linalg.norm(np.ptp(points, axis=0)))
+    """Return a bound of the size of the points [mm]."""
+    return 2.0 * kernels.farthest(points, points[0])
 
 
 def _feature(kind: Kind, pose: Pose, base: Points, middle: float) -> AssociatedFeature:
@@ -184,6 +185,13 @@ def _feature(kind: Kind, pose: Pose, base: Points, middle: float) -> AssociatedF
         return Sphere(origin, float(s0 + middle))
     if kind == "torus":
         return Torus(origin, axis, float(s1), float(s0 + middle))
+    if not 0.0 < abs(s1) < 0.5 * np.pi:
+        raise AssociationError(
+            f"the points are no cone: its half angle came out as {np.degrees(s1):.3g} degrees; associate a plane or "
+            "a cylinder"
+        )
+    if s1 < 0:  # the same cone, seen from the other end of its axis
+        axis, s1 = -axis, -s1
     radius = s0 + middle / np.cos(s1)
     return Cone(origin - axis * radius / np.tan(s1), axis, float(s1))
 

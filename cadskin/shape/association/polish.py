@@ -226,7 +226,8 @@ def _lagrangian_hessian(problem: Problem, contact: Contact) -> Floats:
     p = problem.n_free
     model = problem.model.take(contact.rows)
     weights = contact.multipliers * contact.sides
-    h = _DIFFERENCE * problem.length
+    # Well within the curvature of the distances, and clear of their rounding.
+    h = max(min(_DIFFERENCE * problem.length, 1e-2 * model.bend(contact.pose)), 1e-9 * problem.length)
 
     def value(step: Floats) -> float:
         return float(weights @ model.distances(problem.moved(contact.pose, step)))
