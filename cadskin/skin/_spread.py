@@ -73,7 +73,7 @@ def edge_spread(nominal: NominalModel, rank: Ints, free: Floats) -> Spread:
         feature_of_face[list(feature.face_indices)] = feature.id
     feature_of_triangle = feature_of_face[surface.face_ids]
     one, two = table.triangles.T
-    crease = (table.count != 2) | (feature_of_triangle[one] != feature_of_triangle[two])
+    crease = (table.count == 2) & (feature_of_triangle[one] != feature_of_triangle[two])
     ends = table.vertices[crease & (rank[table.vertices] >= 2).all(axis=1)]
     side = surface.points[ends[:, 1]] - surface.points[ends[:, 0]]
     length = np.linalg.norm(side, axis=1)

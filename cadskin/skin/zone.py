@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from cadskin._progress import report
 from cadskin._random import seed_sequence
@@ -15,6 +17,7 @@ from cadskin.skin.faults import check_skin
 from cadskin.skin.model import SkinModel
 from cadskin.skin.provenance import provenance_of
 from cadskin.skin.simulate import child_seed
+from cadskin.skin.weld import prepare_weld
 
 if TYPE_CHECKING:
     from cadskin._typing import Floats, Ints, Progress, RNGLike
@@ -42,7 +45,9 @@ def simulate_in_profile_zone(
     each smooth patch (features joined by tangent edges) has seen one that fits, and the patch keeps the first
     of them. For models whose fields are independent between patches, as those of `GaussianField` and
     `WhiteNoise` are, that is rejection of whole fields, only faster. White noise is independent between
-    points, so there each point is such a patch. Nothing is clipped or rescaled.
+    points, so there each point is such a patch. Nothing is clipped or rescaled. Where the weld cannot follow
+    every feature (four or more at a corner), what it realises must lie in the zone too, or the patches that
+    meet there are drawn anew.
 
     Parameters
     ----------
@@ -128,7 +133,8 @@ def _rejected(
 ) -> tuple[Floats, int]:
     """Return the deviation (n_c,) of the first fitting field of each block, and the number of tries."""
     sampler = model.prepare(nominal)
-    n_blocks = int(blocks.max(initial=-1)) + 1
+    clusters = _clusters(nominal, blocks)
+    n_blocks = len(clusters)
     waiting = np.ones(n_blocks, dtype=bool)
     smallest_peak = np.full(n_blocks, np.inf)
     deviation = np.zeros(nominal.n_samples)
@@ -146,11 +152,32 @@ def _rejected(
             deviation[chosen] = field[chosen]
             waiting &= ~taken
             if not waiting.any():
+                outside = _realised_outside(nominal, deviation, half_width)
+                waiting = np.isin(clusters, clusters[blocks[outside]])
+            if not waiting.any():
                 break
         report(progress, int(n_blocks - waiting.sum()), n_blocks)
     if waiting.any():
         raise ConformityError(_message(nominal, model, half_width, blocks, waiting, smallest_peak, done))
     return deviation, done
+
+
+def _realised_outside(nominal: NominalModel, deviation: Floats, half_width: float) -> Ints:
+    """Find samples whose realised deviation leaves the zone, where the weld cannot follow all features."""
+    operator = prepare_weld(nominal)
+    realised = operator.realised(operator.displacement(deviation))
+    return np.flatnonzero(np.abs(realised) > half_width * (1 + 1e-9))
+
+
+def _clusters(nominal: NominalModel, blocks: Ints) -> Ints:
+    """Cluster of each block: blocks that meet where the weld cannot follow them all are accepted together."""
+    constraints = prepare_weld(nominal).constraints
+    rows = np.flatnonzero(constraints.shared | constraints.overdetermined)
+    n_blocks = int(blocks.max(initial=-1)) + 1
+    vertices = nominal.samples.vertex_ids[rows]
+    size = n_blocks + nominal.surface.n_points
+    meet = coo_array((np.ones(len(rows)), (blocks[rows], n_blocks + vertices)), shape=(size, size))
+    return np.asarray(connected_components(meet, directed=False)[1][:n_blocks], dtype=np.int64)
 
 
 def _message(

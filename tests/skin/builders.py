@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial import Delaunay
@@ -68,7 +68,7 @@ class Arc:
         return Cylinder([*self.centre, 0.0], [0, 0, 1], self.radius), curvature, not outward
 
 
-def extrude(loops, height, h, *, groups=None) -> NominalModel:
+def extrude(loops, height, h, *, groups=None, open_top=False) -> NominalModel:
     """Extrude a profile (loops of `Line` and `Arc`, material on the left) from z = 0 to ``height``."""
     sides = []
     rims = []
@@ -91,7 +91,7 @@ def extrude(loops, height, h, *, groups=None) -> NominalModel:
         np.column_stack([flat, np.full(len(flat), height)]), triangles, up, Plane([0, 0, height], [0, 0, 1]),
         name="top",
     )  # fmt: skip
-    return assemble([bottom, top, *sides], groups)
+    return assemble([bottom, *([] if open_top else [top]), *sides], groups)
 
 
 def _wall(points, normals, height, nz, ideal, curvature, internal, name):
@@ -222,6 +222,15 @@ def box(size=(6.0, 4.0, 3.0), h=1.0) -> NominalModel:
     names = ["front", "right", "back", "left"]
     sides = [Line(corners[k], corners[(k + 1) % 4], names[k]) for k in range(4)]
     return extrude([sides], z, h)
+
+
+def open_box(size=(6.0, 4.0, 3.0), h=1.0) -> NominalModel:
+    """A box without its top: an open shell."""
+    x, y, z = size
+    corners = [(0.0, 0.0), (x, 0.0), (x, y), (0.0, y)]
+    names = ["front", "right", "back", "left"]
+    sides = [Line(corners[k], corners[(k + 1) % 4], names[k]) for k in range(4)]
+    return replace(extrude([sides], z, h, open_top=True), closed=False)
 
 
 def cylinder(radius=3.0, height=5.0, h=0.7) -> NominalModel:

@@ -10,6 +10,7 @@ from builders import (
     cone,
     cylinder,
     filleted_box,
+    open_box,
     plate_with_hole,
     pyramid,
     sphere,
@@ -321,3 +322,18 @@ def test_wrong_input_is_refused():
 def test_operator_is_prepared_once():
     part = box()
     assert prepare_weld(part) is prepare_weld(part)
+
+
+def test_an_open_shell_keeps_its_border():
+    part = open_box()
+    field = by_feature(part, front=0.2, right=-0.3, bottom=0.1)
+    displacement = weld(part, field)
+    skin = part.surface.with_points(part.surface.points + displacement)
+    assert weld_report(part, field, displacement).max_residual < 1e-12
+    assert not inverted_triangles(skin.points, part.surface.points, skin.triangles).any()
+    check, before = check_mesh(skin), check_mesh(part.surface)
+    np.testing.assert_array_equal(check.open_edges, before.open_edges)
+    assert check.problems(solid=False) == ()
+    low, high = skin.points.min(axis=0), skin.points.max(axis=0)
+    np.testing.assert_allclose(low, [0, -0.2, -0.1], atol=1e-12)
+    np.testing.assert_allclose(high[:2], [5.7, 4.0], atol=1e-12)
