@@ -21,7 +21,7 @@ help: ## list the targets
 setup: $(VENV)/.dev ## make the environment with all extras and the tools of development
 
 demo: $(VENV)/.demo ## fresh machine: install, turn an example part into an as-made mesh and a picture in demo/
-	@$(BIN)/cadskin doctor --no-imports > $(VENV)/doctor.txt || { cat $(VENV)/doctor.txt; exit 1; }
+	@$(BIN)/cadskin doctor --no-imports --repair > $(VENV)/doctor.txt || { cat $(VENV)/doctor.txt; exit 1; }
 	@mkdir -p demo
 	$(BIN)/cadskin convert examples/parts/bracket.step -o demo/bracket_skin.stl --tolerance 0.1 --seed 7
 
