@@ -30,14 +30,9 @@ def surface(kind: str, n: int, rng: np.random.Generator) -> np.ndarray:
         d = rng.standard_normal((n, 3))
         points = d / np.linalg.norm(d, axis=1)[:, None] * (12 + e)[:, None]
     elif kind == "torus":
-        w = rng.uniform(0, 2 * np.pi, n)
-        points = np.column_stack(
-            [
-                (20 + (5 + e) * np.cos(w)) * np.cos(u),
-                (20 + (5 + e) * np.cos(w)) * np.sin(u),
-                (5 + e) * np.sin(w),
-            ]
-        )
+        w, r = rng.uniform(0, 2 * np.pi, n), 5 + e
+        ring = 20 + r * np.cos(w)
+        points = np.column_stack([ring * np.cos(u), ring * np.sin(u), r * np.sin(w)])
     else:
         radius = 10 + e + (0.3 * v if kind == "cone" else 0.0)
         points = np.column_stack([radius * np.cos(u), radius * np.sin(u), 0 * v if kind == "circle" else v])
@@ -77,8 +72,10 @@ def main() -> None:
     largest = int(sys.argv[1]) if len(sys.argv) > 1 else 6
     rng = np.random.default_rng(1)
     cases = [
-        ("plane", "C"), ("profile line", "C"), ("line", "C"), ("circle", "C"), ("circle", "N"), ("circle", "X"),
-        ("sphere", "C"), ("sphere", "N"), ("sphere", "X"), ("cylinder", "C"), ("cylinder", "N"), ("cylinder", "X"),
+        ("plane", "C"), ("profile line", "C"), ("line", "C"), ("circle", "C"), ("circle", "N"),
+        ("circle", "X"),
+        ("sphere", "C"), ("sphere", "N"), ("sphere", "X"), ("cylinder", "C"), ("cylinder", "N"),
+        ("cylinder", "X"),
         ("cone", "C"), ("torus", "C"), ("plane", "GE"),
     ]  # fmt: skip
     print(f"{'association':18}{'points':>9}{'LS s':>9}{'s':>9}{'ratio':>7}  certified")
@@ -97,9 +94,8 @@ def main() -> None:
     points = surface("plane", 100_000, rng)
     ours, found = seconds(lambda: associate(points, "plane"))
     theirs, value = seconds(lambda: highs_flatness(points))
-    print(
-        f"flatness of 100 000 points: {ours:.4f} s, one HiGHS program {theirs:.3f} s: {theirs / ours:.0f} times"
-    )
+    print(f"flatness of 100 000 points: {ours:.4f} s, one HiGHS program {theirs:.3f} s")
+    print(f"ratio {theirs / ours:.0f}")
     print(f"values differ by {abs(found.value - value):.1e} mm")
 
 

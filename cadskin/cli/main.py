@@ -32,6 +32,7 @@ COMMANDS = {
     "spec": "cadskin.cli.spec",
     "doctor": "cadskin.cli.doctor",
     "evaluate": "cadskin.cli.evaluate",
+    "reference": "cadskin.cli.reference",
 }
 
 EXIT_DEFECT = 70

@@ -66,7 +66,10 @@ class Case:
 
     def only(self) -> Points:
         """Return the points of the one feature."""
-        if len(self.features) != 1:
+        named = [label for label in self.features if label != "outlier"]
+        if len(named) == 1:
+            return self.features[named[0]]
+        if len(named) != 1:
             raise SpecificationError(
                 f"case {self.id}: {self.characteristic} needs one feature, the file has "
                 f"{', '.join(self.features)}"

@@ -1,0 +1,429 @@
+"""Reference point sets: the value of a characteristic is prescribed by construction, exact to about 1e-12 mm.
+
+A few contacts are placed on the two sides of the zone such that the Kuhn-Tucker conditions hold with
+multipliers that are clear of zero (for a plane: the alternation 3-1 or 2-2); all other points lie strictly
+inside. So the zone is a strict optimum, whatever the filling is: random, wavy, on a partial arc, in sections.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+
+import numpy as np
+
+from cadskin._progress import report
+from cadskin._random import child, seed_sequence
+from cadskin.errors import SpecificationError
+from cadskin.shape.association import _kernels as kernels
+from cadskin.shape.association import associate, rotation
+
+if TYPE_CHECKING:
+    from cadskin._typing import Floats, Ints, Points, Progress, RNGLike, Vectors
+
+__all__ = ["CHARACTERISTICS", "ReferenceSet", "Sampling", "reference_set", "write_references"]
+
+Sampling: TypeAlias = Literal["random", "grid", "sections"]
+
+
+@dataclass(frozen=True)
+class _Kind:
+    """Which surface, which motions, which sides are in contact, and how the answer is named."""
+
+    name: str
+    kernel: int
+    free: tuple[int, ...]
+    sides: tuple[int, ...]
+    quantity: str
+    characteristic: str
+    feature_type: str
+
+
+CHARACTERISTICS: dict[str, _Kind] = {
+    "flatness": _Kind("plane", kernels.PLANE, (3, 4), (1, -1), "FLTt (MZPL)", "flatness", "plane"),
+    "straightness": _Kind(
+        "profile line", kernels.PLANE, (3,), (1, -1), "STRt (MZLI)", "straightness", "line in a section plane"
+    ),
+    "roundness": _Kind(
+        "circle", kernels.CYLINDER, (0, 1), (1, -1), "RONt (MZCI)", "roundness", "circle (section)"
+    ),
+    "cylindricity": _Kind(
+        "cylinder", kernels.CYLINDER, (0, 1, 3, 4), (1, -1), "CYLt (MZCY)", "cylindricity", "cylinder"
+    ),
+    "sphericity": _Kind(
+        "sphere", kernels.SPHERE, (0, 1, 2), (1, -1), "sphericity (MZSP)", "sphericity", "sphere"
+    ),
+    "conicity": _Kind(
+        "cone", kernels.CONE, (0, 1, 3, 4, 7), (1, -1), "conicity (minimum zone cone)", "conicity", "cone"
+    ),
+    "circumscribed circle": _Kind(
+        "circle",
+        kernels.CYLINDER,
+        (0, 1),
+        (1,),
+        "diameter of the minimum circumscribed circle",
+        "size",
+        "circle",
+    ),
+    "inscribed circle": _Kind(
+        "circle",
+        kernels.CYLINDER,
+        (0, 1),
+        (-1,),
+        "diameter of the maximum inscribed circle",
+        "size",
+        "circle",
+    ),
+    "circumscribed cylinder": _Kind(
+        "cylinder",
+        kernels.CYLINDER,
+        (0, 1, 3, 4),
+        (1,),
+        "diameter of the minimum circumscribed cylinder",
+        "size",
+        "cylinder",
+    ),
+    "inscribed cylinder": _Kind(
+        "cylinder",
+        kernels.CYLINDER,
+        (0, 1, 3, 4),
+        (-1,),
+        "diameter of the maximum inscribed cylinder",
+        "size",
+        "cylinder",
+    ),
+    "circumscribed sphere": _Kind(
+        "sphere",
+        kernels.SPHERE,
+        (0, 1, 2),
+        (1,),
+        "diameter of the minimum circumscribed sphere",
+        "size",
+        "sphere",
+    ),
+    "inscribed sphere": _Kind(
+        "sphere",
+        kernels.SPHERE,
+        (0, 1, 2),
+        (-1,),
+        "diameter of the maximum inscribed sphere",
+        "size",
+        "sphere",
+    ),
+}
+
+_CRITERION = {(1, -1): "minimum zone", (1,): "minimum circumscribed", (-1,): "maximum inscribed"}
+_RADIUS, _LENGTH, _CONE_ANGLE = 10.0, 40.0, np.radians(15.0)
+
+
+@dataclass(frozen=True, eq=False)
+class ReferenceSet:
+    """A point set with its prescribed value.
+
+    Parameters
+    ----------
+    characteristic : str
+    value : float
+        What the evaluation must give [mm]; a diameter for sizes.
+    points : (n, 3) float
+    outliers : (m, 3) float
+        Points that do not belong to the surface; the value is that of ``points`` alone.
+    active : (k,) int
+        The contacts.
+    multipliers : (k,) float
+    section_normal : (3,) float or None
+    axis : (3,) float
+        Axis, or normal of the plane.
+    """
+
+    characteristic: str
+    value: float
+    points: Points
+    outliers: Points
+    active: Ints
+    multipliers: Floats
+    section_normal: Vectors | None
+    axis: Vectors
+
+    def question(self, name: str) -> dict[str, Any]:
+        """Return the JSON object of a case, the answer included."""
+        kind = CHARACTERISTICS[self.characteristic]
+        out: dict[str, Any] = {
+            "id": name,
+            "units": "mm",
+            "csv": f"{name}.csv",
+            "characteristic": kind.characteristic,
+            "feature_type": kind.feature_type,
+            "association": _CRITERION[kind.sides],
+            "reference": {
+                "value": self.value,
+                "u": 1e-12,
+                "quantity": kind.quantity,
+                "active": self.active.tolist(),
+                "multipliers": self.multipliers.tolist(),
+                "axis": self.axis.tolist(),
+            },
+            "tolerance_abs": 1e-9,
+            "proof": "strict optimum by construction: positive Kuhn-Tucker multipliers, the rest inside",
+        }
+        if self.section_normal is not None:
+            out["section_plane_normal"] = self.section_normal.tolist()
+        return out
+
+
+def reference_set(
+    characteristic: str,
+    value: float,
+    *,
+    n_points: int = 1000,
+    arc: float = 2 * np.pi,
+    sampling: Sampling = "random",
+    waviness: int = 0,
+    n_outliers: int = 0,
+    rng: RNGLike = None,
+) -> ReferenceSet:
+    """Make a point set whose characteristic has a prescribed value.
+
+    Parameters
+    ----------
+    characteristic : str
+        One of `CHARACTERISTICS`.
+    value : float
+        [mm]; for sizes the diameter.
+    n_points : int
+    arc : float
+        Angle that is covered [rad]; a full turn by default.
+    sampling : {"random", "grid", "sections"}
+    waviness : int
+        Undulations of a smooth part of the filling; 0 for random filling only.
+    n_outliers : int
+        Points far off the surface, kept apart.
+    rng : seed or generator
+
+    Raises
+    ------
+    SpecificationError
+        A characteristic that is not known, a value that is not positive, an arc on which no such optimum
+        exists.
+
+    Examples
+    --------
+    >>> made = reference_set("cylindricity", 0.05, rng=7)
+    >>> round(associate(made.points, "cylinder").value, 12)
+    0.05
+    """
+    kind = CHARACTERISTICS.get(characteristic)
+    if kind is None:
+        raise SpecificationError(
+            f"no reference sets of {characteristic!r}; choose one of {', '.join(CHARACTERISTICS)}"
+        )
+    contacts_needed = len(kind.free) + len(kind.sides)
+    if not value > 0 or n_points < 4 * contacts_needed:
+        raise SpecificationError(
+            f"a reference set needs a positive value and at least {4 * contacts_needed} points, "
+            f"got {value} and {n_points}"
+        )
+    if len(kind.sides) == 1 and arc <= np.pi:
+        raise SpecificationError("a circumscribed or inscribed element needs an arc of more than 180 degrees")
+    generator = child(seed_sequence(rng), 0)
+    for _ in range(40):
+        made = _attempt(characteristic, kind, value, n_points, arc, sampling, waviness, n_outliers, generator)
+        if made is not None:
+            return made
+    raise SpecificationError(
+        f"no {characteristic} of {value} mm could be planted on an arc of {np.degrees(arc):.3g} degrees"
+    )
+
+
+def _attempt(
+    characteristic: str,
+    kind: _Kind,
+    value: float,
+    n_points: int,
+    arc: float,
+    sampling: Sampling,
+    waviness: int,
+    n_outliers: int,
+    rng: np.random.Generator,
+) -> ReferenceSet | None:
+    radius, amplitude = (0.5 * value, 0.01 * value) if len(kind.sides) == 1 else (_RADIUS, 0.5 * value)
+    contacts = _contacts(kind, radius, amplitude, arc, rng)
+    if contacts is None:
+        return None
+    placed, multipliers = contacts
+    filling = _filling(kind, radius, amplitude, n_points - len(placed), arc, sampling, waviness, rng)
+    points = np.concatenate([filling, placed])
+    order = rng.permutation(len(points))
+    turn, shift = rotation(rng.standard_normal(3) * 1.5), rng.uniform(-50, 50, 3)
+    world = points[order] @ turn.T + shift
+    active = np.flatnonzero(order >= len(filling))
+    section = turn[:, 2] if kind.name == "circle" else turn[:, 0] if kind.name == "profile line" else None
+    found = associate(world, kind.name, _CRITERION[kind.sides], section_normal=section)  # type: ignore[arg-type]
+    reached = found.value if len(kind.sides) == 2 else 2.0 * found.value
+    if abs(reached - value) > 1e-11 * max(1.0, value):
+        return None  # another optimum is better: not what was planted
+    outliers = (
+        world[rng.integers(0, len(world), n_outliers)] + rng.standard_normal((n_outliers, 3)) * 20 * amplitude
+    )
+    return ReferenceSet(
+        characteristic,
+        float(value),
+        np.asarray(world),
+        np.asarray(outliers),
+        active,
+        multipliers[order[active] - len(filling)],
+        section,
+        turn[:, 2],
+    )
+
+
+def _contacts(
+    kind: _Kind, radius: float, amplitude: float, arc: float, rng: np.random.Generator
+) -> tuple[Points, Floats] | None:
+    """Draw contacts until the Kuhn-Tucker multipliers of one draw are clear of zero."""
+    count, n_sides = len(kind.free) + len(kind.sides), len(kind.sides)
+    for _ in range(200):
+        sides = rng.choice(kind.sides, size=count)
+        if len(set(sides.tolist())) < n_sides:
+            continue
+        tries = 500
+        base, normals = _surface(kind, radius, count * tries, arc, "random", rng)
+        offset = amplitude if n_sides == 2 else 0.0
+        placed = base + np.tile(sides, tries)[:, None] * offset * normals
+        _, jacobian = kernels.rows(placed, kind.kernel, np.zeros(3), np.eye(3), _shape(kind, radius))
+        scale = np.array([1, 1, 1, 0.05, 0.05, 0.05, 1, 0.05])
+        blocks = (jacobian * scale)[:, list(kind.free)].reshape(tries, count, -1) * sides[None, :, None]
+        sums = np.stack([np.broadcast_to(sides == s, (tries, count)) for s in kind.sides], axis=2)
+        matrices = np.concatenate([blocks, sums], axis=2).transpose(0, 2, 1)
+        right = np.concatenate([np.zeros(len(kind.free)), np.ones(n_sides)])
+        usable = np.abs(np.linalg.det(matrices)) > 1e-9
+        if not usable.any():
+            continue
+        solved = np.linalg.solve(matrices[usable], np.broadcast_to(right[:, None], (usable.sum(), count, 1)))[
+            ..., 0
+        ]
+        best = int(np.argmax(solved.min(axis=1)))
+        if solved[best].min() > 0.05:
+            return placed.reshape(tries, count, 3)[usable][best], solved[best]
+    return None
+
+
+def _filling(
+    kind: _Kind,
+    radius: float,
+    amplitude: float,
+    n: int,
+    arc: float,
+    sampling: Sampling,
+    waviness: int,
+    rng: np.random.Generator,
+) -> Points:
+    """Return points strictly inside of the zone."""
+    base, normals = _surface(kind, radius, n, arc, sampling, rng)
+    noise = rng.uniform(-1, 1, len(base))
+    if waviness:
+        phase = rng.uniform(0, 2 * np.pi, 2)
+        along = base @ rng.standard_normal(3) / 15.0
+        angle = np.arctan2(base[:, 1], base[:, 0])
+        wave = np.cos(waviness * angle + phase[0]) * np.cos(along + phase[1])
+        noise = 0.8 * wave + 0.2 * noise
+    depth = 0.95 * amplitude * noise
+    if len(kind.sides) == 1:  # strictly on the far side of the contacts
+        depth = -kind.sides[0] * amplitude * (0.05 + 0.45 * (1 + noise))
+    return np.asarray(base + depth[:, None] * normals)
+
+
+def _shape(kind: _Kind, radius: float) -> Floats:
+    if kind.kernel == kernels.PLANE:
+        return np.zeros(2)
+    return np.array([radius, _CONE_ANGLE if kind.kernel == kernels.CONE else 0.0])
+
+
+def _surface(
+    kind: _Kind, radius: float, n: int, arc: float, sampling: Sampling, rng: np.random.Generator
+) -> tuple[Points, Vectors]:
+    """Return points of the nominal surface in its own frame and their normals."""
+    u, v = _parameters(n, sampling, rng)
+    zero = np.zeros(n)
+    if kind.name == "plane":
+        flat = np.column_stack([100 * (u - 0.5), 60 * (v - 0.5), zero])
+        return flat, np.broadcast_to([0.0, 0.0, 1.0], (n, 3))
+    if kind.name == "profile line":
+        return np.column_stack([zero, 100 * (u - 0.5), zero]), np.broadcast_to([0.0, 0.0, 1.0], (n, 3))
+    angle = arc * u
+    around = np.column_stack([np.cos(angle), np.sin(angle), zero])
+    if kind.name == "circle":
+        return radius * around, around
+    height = _LENGTH * (v - 0.5)
+    up = np.array([0.0, 0.0, 1.0])
+    if kind.name == "cylinder":
+        return radius * around + height[:, None] * up, around
+    if kind.name == "cone":
+        ring = radius + height * np.tan(_CONE_ANGLE)
+        normals = np.cos(_CONE_ANGLE) * around - np.sin(_CONE_ANGLE) * up
+        return ring[:, None] * around + height[:, None] * up, normals
+    sine = 2 * v - 1
+    normals = np.sqrt(1 - sine**2)[:, None] * around + sine[:, None] * up
+    return radius * normals, normals
+
+
+def _parameters(n: int, sampling: Sampling, rng: np.random.Generator) -> tuple[Floats, Floats]:
+    """Return parameters in the unit square."""
+    if sampling == "random":
+        return rng.uniform(0, 1, n), rng.uniform(0, 1, n)
+    rows = max(2, round(np.sqrt(n / 3.0))) if sampling == "grid" else max(2, min(12, n // 12))
+    index = np.arange(n)
+    row, column = index % rows, index // rows
+    columns = int(column.max()) + 1
+    return (column + 0.5) / columns, (row + 0.5) / rows
+
+
+def write_references(
+    folder: str | Path,
+    characteristic: str,
+    value: float,
+    *,
+    count: int = 1,
+    rng: RNGLike = None,
+    progress: Progress | None = None,
+    **options: Any,
+) -> tuple[Path, ...]:
+    """Write ``count`` reference sets as cases (JSON and CSV) that ``cadskin evaluate`` reads.
+
+    Parameters
+    ----------
+    folder : path
+        Made where it is missing; existing files of the same name are replaced.
+    characteristic : str
+    value : float
+    count : int
+    rng : seed or generator
+        Set i uses the child stream i.
+    progress : callable, optional
+    **options
+        Of `reference_set`.
+
+    Returns
+    -------
+    tuple of Path
+        The JSON files.
+    """
+    target = Path(folder)
+    target.mkdir(parents=True, exist_ok=True)
+    seed, written = seed_sequence(rng), []
+    for index in range(count):
+        made = reference_set(characteristic, value, rng=child(seed, index), **options)
+        name = f"{characteristic.replace(' ', '_')}_{index:04d}"
+        with (target / f"{name}.csv").open("w", newline="", encoding="utf-8") as stream:
+            rows = csv.writer(stream, lineterminator="\n")
+            rows.writerow(["feature", "x", "y", "z"])
+            rows.writerows(["S", *map(repr, point)] for point in made.points.tolist())
+            rows.writerows(["outlier", *map(repr, point)] for point in made.outliers.tolist())
+        path = target / f"{name}.json"
+        path.write_text(json.dumps(made.question(name), indent=1) + "\n", encoding="utf-8")
+        written.append(path)
+        report(progress, index + 1, count)
+    return tuple(written)

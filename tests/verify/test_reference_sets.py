@@ -1,0 +1,87 @@
+"""Planted optima: what is prescribed is what comes out, and the contacts carry it."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from cadskin.errors import SpecificationError
+from cadskin.shape.association import associate
+from cadskin.verify import evaluate_case, read_case
+from cadskin.verify.reference import CHARACTERISTICS, reference_set, write_references
+
+
+@pytest.mark.parametrize("characteristic", CHARACTERISTICS)
+@pytest.mark.parametrize(
+    "options",
+    [
+        {},
+        {"arc": np.radians(200), "sampling": "grid"},
+        {"sampling": "sections", "waviness": 4, "n_outliers": 5},
+    ],
+    ids=["random", "arc", "sections"],
+)
+def test_written_case_evaluates_to_its_value(tmp_path, characteristic, options):
+    value = 0.05 if len(CHARACTERISTICS[characteristic].sides) == 2 else 20.0
+    (path,) = write_references(tmp_path, characteristic, value, rng=5, n_points=400, **options)
+    found = evaluate_case(read_case(path))
+    assert found.value == pytest.approx(value, abs=1e-12)
+    assert found.certified
+    question = json.loads(path.read_text())
+    assert set(found.active) == set(question["reference"]["active"])
+    assert min(question["reference"]["multipliers"]) > 0.05
+
+
+def test_another_criterion_gives_another_value():
+    """The sets tell a minimum zone from a least-squares range."""
+    made = reference_set("cylindricity", 0.05, rng=1)
+    assert associate(made.points, "cylinder", "G").width > 0.05 * 1.002
+
+
+def test_same_seed_same_points():
+    first, second = (reference_set("flatness", 0.1, rng=11).points for _ in range(2))
+    assert np.array_equal(first, second)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        (("loveliness", 0.1), "choose one of"),
+        (("flatness", 0.0), "positive"),
+        (("flatness", float("nan")), "positive"),
+    ],
+)
+def test_bad_requests(arguments, text):
+    with pytest.raises(SpecificationError, match=text):
+        reference_set(*arguments)
+
+
+def test_no_inscribed_circle_on_half_a_turn():
+    with pytest.raises(SpecificationError, match="180"):
+        reference_set("inscribed circle", 20.0, arc=np.pi)
+
+
+def test_command(tmp_path):
+    words = [
+        "--characteristic",
+        "cylindricity",
+        "--value",
+        "0.05",
+        "-n",
+        "3",
+        "-o",
+        tmp_path / "out",
+        "--seed",
+        "2",
+    ]
+    command = [sys.executable, "-m", "cadskin.cli.main", "reference", *map(str, words)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)
+    assert done.returncode == 0, done.stderr
+    cases = sorted((tmp_path / "out").glob("*.json"))
+    assert len(cases) == 3
+    for case in cases:
+        assert evaluate_case(read_case(case)).value == pytest.approx(0.05, abs=1e-12)
