@@ -66,6 +66,8 @@ _HOMES = {
     "simulate_ensemble": "cadskin.skin",
     "simulate_in_profile_zone": "cadskin.skin",
     "weld": "cadskin.skin",
+    # statistics of populations
+    "StatisticalShapeModel": "cadskin.stats",
     # out
     "picture": "cadskin.view",
     "write": "cadskin.export",
@@ -95,10 +97,10 @@ if TYPE_CHECKING:
     from cadskin.shape import NominalModel as NominalModel
     from cadskin.skin import SkinEnsemble as SkinEnsemble
     from cadskin.skin import SkinModel as SkinModel
-    from cadskin.skin import simulate as simulate
     from cadskin.skin import simulate_ensemble as simulate_ensemble
     from cadskin.skin import simulate_in_profile_zone as simulate_in_profile_zone
-    from cadskin.skin import weld as weld
+    from cadskin.skin.simulate import simulate as simulate  # the module has the same name: mypy minds
+    from cadskin.skin.weld import weld as weld
     from cadskin.spec import Datum as Datum
     from cadskin.spec import DatumSystem as DatumSystem
     from cadskin.spec import Dimension as Dimension
@@ -123,6 +125,7 @@ if TYPE_CHECKING:
     from cadskin.spec import surface_profile as surface_profile
     from cadskin.spec import symmetry as symmetry
     from cadskin.spec import total_runout as total_runout
+    from cadskin.stats import StatisticalShapeModel as StatisticalShapeModel
     from cadskin.view import picture as picture
 
 
