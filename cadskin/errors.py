@@ -17,6 +17,7 @@ __all__ = [
     "ReadError",
     "SelectionError",
     "SpecificationError",
+    "StatisticsError",
 ]
 
 
@@ -68,6 +69,10 @@ class ConformityError(CadskinError):
 
 class AssociationError(CadskinError, ValueError):
     """An ideal feature that cannot be fitted (too few points, degenerate cloud, none exists)."""
+
+
+class StatisticsError(CadskinError, ValueError):
+    """A population that cannot be analysed (too few parts, different lengths, nothing observed)."""
 
 
 class ExportError(CadskinError, OSError):
