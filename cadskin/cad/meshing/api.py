@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -22,6 +23,7 @@ __all__ = ["mesh_shape"]
 Backend = Literal["cadskin", "gmsh", "pymeshlab"]
 TRIANGLE = math.sqrt(3.0) / 4.0  # area of the equilateral triangle of side 1
 CLOSE_ENOUGH = 0.1  # of the wanted number of points
+FLATTEST = -0.25  # slope of log N over log h below which a larger edge length helps no more
 
 
 def mesh_shape(
@@ -165,20 +167,36 @@ def _refuse_too_many(part: Part, lengths: Floats, max_triangles: int) -> None:
         )
 
 
-def _mesh_with_points(make: Any, area: float, n_points: int, diagonal: float) -> LabelledMesh:
-    """Find the edge length that gives a number of points: N grows with 1 / h² where edges do not dominate."""
+def _mesh_with_points(
+    make: Callable[[float], LabelledMesh], area: float, n_points: int, diagonal: float
+) -> LabelledMesh:
+    """Find the edge length that gives a number of points by secants of log N over log h.
+
+    N grows with 1 / h² on large faces, hardly where small radii set the size: the slope is measured.
+    """
     length = min(math.sqrt(area / (2.0 * TRIANGLE * n_points)), diagonal)
-    best: LabelledMesh | None = None
+    slope, best, before = -2.0, None, None
     for _ in range(8):
-        mesh: LabelledMesh = make(length)
-        ratio = len(mesh.points) / n_points
-        if best is None or abs(math.log(ratio)) < abs(math.log(len(best.points) / n_points)):
-            best = mesh
-        if abs(ratio - 1.0) <= 0.3 * CLOSE_ENOUGH:
+        mesh = make(length)
+        excess = math.log(len(mesh.points) / n_points)
+        if best is None or abs(excess) < best[0]:
+            best = (abs(excess), mesh)
+        if abs(excess) <= 0.3 * CLOSE_ENOUGH:
             break
-        length = min(length * math.sqrt(ratio), diagonal)
+        if before is not None and length != before[0]:
+            slope = (excess - before[1]) / math.log(length / before[0])
+        if slope > FLATTEST:
+            break
+        before = (length, excess)
+        length = min(length * math.exp(float(np.clip(-excess / max(slope, -2.2), -1.0, 1.0))), diagonal)
+        if length == before[0]:
+            break
     assert best is not None
-    return best
+    off, mesh = best
+    if off <= CLOSE_ENOUGH:
+        return mesh
+    note = f"{len(mesh.points)} points instead of {n_points}: the shape's small features set the number"
+    return replace(mesh, notes=(*mesh.notes, note))
 
 
 def _mesh_part(
@@ -225,7 +243,7 @@ def _notes_of(part: Part, lengths: Floats, meshes: Any, found: MeshReport) -> li
     ]
     for mesh in meshes:
         exact = float(part.areas[mesh.index])
-        allowed = 0.02 * exact * slack(part, float(lengths[mesh.index])) + part.blur[mesh.index]
+        allowed = 0.02 * exact * slack(part, float(lengths[mesh.index])) ** 1.5 + part.blur[mesh.index]
         if exact > 0 and abs(mesh.area - exact) > allowed:
             notes.append(
                 f"face {mesh.index}: area of the triangles {mesh.area:.4g} mm², exact {exact:.4g} mm²"

@@ -33,7 +33,7 @@ MAX_VOLUME_ROUNDS = 2
 AREA_TOLERANCE = 0.015  # of a face, at edge lengths up to a hundredth of the diagonal
 VOLUME_TOLERANCE = 0.008
 MAX_TURN = math.radians(30.0)  # of a curved edge, per segment
-COARSEST_TURN = math.radians(45.0)
+COARSEST_TURN = math.radians(60.0)
 CURVED = 0.63  # edge length over radius: 36 degrees per edge
 FINEST = 1.0 / 8.0  # of the wanted edge length, on small radii
 MAX_SMALLEST = 1.0 / 32.0  # of it: how far a face may be refined to hold its area
@@ -132,17 +132,21 @@ def build(
 
 
 def slack(part: Part, edge_length: float) -> float:
-    """Return how much coarser than diagonal/100 the mesh is asked to be: its error may grow as much."""
-    return float(np.clip(100.0 * edge_length / part.diagonal, 1.0, 4.0))
+    """Return how much coarser than diagonal/100 the mesh is asked to be; then its error may grow too."""
+    return max(100.0 * edge_length / part.diagonal, 1.0)
 
 
 def _curved_lengths(part: Part, edge_lengths: Floats) -> Floats:
-    """Shorten the edge length on small radii: 36 degrees per edge, down to an eighth of the length."""
+    """Shorten the edge length on small radii: 36 degrees per edge, down to an eighth of the length.
+
+    On a coarse mesh up to 72 degrees, and not as far down.
+    """
     lengths = edge_lengths.copy()
     for face, surface in enumerate(part.surfaces):
         if surface.kind in ("cylinder", "sphere", "torus"):
-            wanted = CURVED * math.sqrt(slack(part, lengths[face])) * surface.parameters[-1]
-            lengths[face] = min(lengths[face], max(wanted, FINEST * lengths[face]))
+            loose = math.sqrt(slack(part, lengths[face]))
+            wanted = CURVED * min(loose, 2.0) * surface.parameters[-1]
+            lengths[face] = min(lengths[face], max(wanted, FINEST * loose * lengths[face]))
     return lengths
 
 
@@ -161,7 +165,7 @@ def _faces_for_volume(work: _Work, assembly: Assembly) -> list[int]:
     if not exact > 0 or work.problems:
         return []
     error = abs(mesh_volume(assembly.points, assembly.triangles) / exact - 1.0)
-    allowed = VOLUME_TOLERANCE * slack(work.part, float(work.base.max()))
+    allowed = VOLUME_TOLERANCE * slack(work.part, float(work.base.max())) ** 1.5
     if error <= allowed:
         return []
     curved = {face for face, mesh in work.meshes.items() if mesh.surface.kind != "plane"}
@@ -244,7 +248,7 @@ def _wanted(work: _Work, edge: int) -> int:
     """Return the number of segments of an edge; a turn of 30 degrees per segment, more on a coarse mesh."""
     faces = work.part.topology.edge_faces[edge]
     coarsest = min((float(work.base[face]) for face in faces), default=0.0)
-    turn = min(MAX_TURN * math.sqrt(slack(work.part, coarsest)), COARSEST_TURN)
+    turn = min(MAX_TURN * slack(work.part, coarsest) ** (1.0 / 3.0), COARSEST_TURN)
     return segments_for(work.part.curves[edge], _edge_length(work, edge), turn)
 
 
@@ -254,7 +258,7 @@ def _resize(work: _Work, mesh: FaceMesh, retry: set[int]) -> set[int]:
     if exact <= 0 or work.resized[face] >= MAX_RESIZES:
         return set()
     error = (abs(mesh.area - exact) - float(work.part.blur[face])) / exact
-    allowed = AREA_TOLERANCE * slack(work.part, float(work.base[face]))
+    allowed = AREA_TOLERANCE * slack(work.part, float(work.base[face])) ** 1.5
     if error <= allowed:
         return set()
     work.resized[face] += 1
