@@ -12,15 +12,18 @@ from cadskin.verify.orientation import orientation
 from cadskin.verify.profile import bezier_closest, profile
 from cadskin.verify.runout import runout
 from cadskin.verify.size import global_size, local_diameters, rank
+from cadskin.verify.verification import EnsembleVerification, Verification, verify
 
 __all__ = [
     "Case",
     "DatumFeature",
     "DatumFrame",
+    "EnsembleVerification",
     "EstablishedDatum",
     "Evaluation",
     "MaterialReport",
     "Target",
+    "Verification",
     "bezier_closest",
     "cylindricity",
     "establish",
@@ -42,4 +45,5 @@ __all__ = [
     "runout",
     "straightness",
     "symmetry",
+    "verify",
 ]

@@ -75,7 +75,9 @@ def widest_weights(jacobian: Floats, height: Floats) -> Floats | None:
     right = np.zeros(len(matrix))
     right[-1] = 1.0
     options = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
-    size = max(float(np.ptp(height)), 1e-300)
+    size = float(np.ptp(height))
+    if size < 1e-9:
+        return None  # all contacts at one height: the bound is that of their circle
     weights, mean = np.zeros(0), 0.5 * float(height.min() + height.max())
     for _ in range(20):  # Frank and Wolfe on the variance of the heights, exact line search
         cost = -((height - mean) ** 2) / size**2

@@ -187,8 +187,8 @@ def _feature(kind: Kind, pose: Pose, base: Points, middle: float) -> AssociatedF
         return Torus(origin, axis, float(s1), float(s0 + middle))
     if not 0.0 < abs(s1) < 0.5 * np.pi:
         raise AssociationError(
-            f"the points are no cone: its half angle came out as {np.degrees(s1):.3g} degrees; associate a plane or "
-            "a cylinder"
+            f"the points are no cone: its half angle came out as {np.degrees(s1):.3g} degrees; "
+            "associate a plane or a cylinder"
         )
     if s1 < 0:  # the same cone, seen from the other end of its axis
         axis, s1 = -axis, -s1

@@ -1,0 +1,155 @@
+"""The datum system of a tolerance on a made part, and the nominal model placed in it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from cadskin.errors import SpecificationError
+from cadskin.shape.association import Pose, frame_about
+from cadskin.shape.ideal import Cylinder, Plane, Sphere
+from cadskin.verify.datums import DatumFeature, DatumFrame, Standard, establish
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from cadskin._typing import Points, Vectors
+    from cadskin.shape import Feature
+    from cadskin.spec import DatumReference, Specification, Tolerance
+    from cadskin.verify.extraction import MadePart
+
+__all__ = ["Placement", "placement"]
+
+
+@dataclass(frozen=True, eq=False)
+class Placement:
+    """Where the nominal model lies with respect to the datums of a made part.
+
+    Parameters
+    ----------
+    actual, nominal : DatumFrame or None
+        The datum system on the made part and on the nominal model; None without datums.
+    rotation : (3, 3) float
+        Nominal to actual.
+    frame : Pose
+        The actual datum frame: the pose whose free motions are optimised.
+    free : tuple of str
+    """
+
+    actual: DatumFrame | None
+    nominal: DatumFrame | None
+    frame: Pose
+    nominal_frame: Pose
+    free: tuple[str, ...]
+
+    def in_frame(self, point: Points) -> Points:
+        """Return a nominal point (3,) in coordinates of the frame."""
+        return self.nominal_frame.axes.T @ (np.asarray(point) - self.nominal_frame.origin)
+
+    def turned(self, direction: Vectors) -> Vectors:
+        """Return a nominal direction (3,) in coordinates of the frame."""
+        return self.nominal_frame.axes.T @ np.asarray(direction)
+
+    @property
+    def certified(self) -> bool:
+        """Whether the datums are proved."""
+        return self.actual is None or self.actual.certified
+
+    def operations(self) -> tuple[str, ...]:
+        """Return the operations of the datum system."""
+        return () if self.actual is None else self.actual.operations()
+
+
+def placement(part: MadePart, tolerance: Tolerance, spec: Specification, standard: Standard) -> Placement:
+    """Establish the datums of a tolerance on the part and on its nominal model.
+
+    Raises
+    ------
+    SpecificationError
+        A datum without feature, or of a kind that is not supported.
+    """
+    identity = Pose(np.zeros(3), np.eye(3), np.zeros(2))
+    if not tolerance.datums:
+        return Placement(None, None, identity, identity, ("tx", "ty", "tz", "rx", "ry", "rz"))
+    made = [_datum_feature(part, reference, spec, actual=True) for reference in tolerance.datums.references]
+    ideal = [_datum_feature(part, reference, spec, actual=False) for reference in tolerance.datums.references]
+    nominal = establish(ideal, standard=standard)
+    actual = establish(made, standard=standard)
+    return Placement(actual, nominal, _aligned(actual, nominal), nominal.pose, actual.free)
+
+
+def _aligned(actual: DatumFrame, nominal: DatumFrame) -> Pose:
+    """Turn and shift the actual frame along its free motions so that it starts at the nominal one."""
+    axes, origin = np.array(actual.axes), np.array(actual.origin)
+    if "rx" in actual.free:  # a point: nothing is turned
+        axes = np.array(nominal.axes)
+    elif "rz" in actual.free:
+        axes = frame_about(actual.axes[:, 2], nominal.axes[:, 0])
+        if np.linalg.det(nominal.axes) < 0:
+            axes[:, 1] *= -1
+    for k, name in enumerate(("tx", "ty", "tz")):
+        if name in actual.free:
+            origin = origin + ((nominal.origin - origin) @ axes[:, k]) * axes[:, k]
+    return Pose(origin, np.ascontiguousarray(axes), np.zeros(2))
+
+
+def _datum_feature(
+    part: MadePart, reference: DatumReference, spec: Specification, *, actual: bool
+) -> DatumFeature:
+    faces: list[int] = []
+    for letter in reference.letters:
+        datum = spec.datum(letter)
+        if datum.targets and not datum.feature.faces:
+            raise SpecificationError(f"datum {letter} is established by targets; that is not supported")
+        if not datum.feature.faces:
+            raise SpecificationError(
+                f"datum {letter} has no feature; bind the specification to the part first"
+            )
+        faces.extend(datum.feature.faces)
+    features = part.features(faces)
+    take = part.points if actual else part.nominal_points
+    return feature_of_datum(reference.label, features, take)
+
+
+def feature_of_datum(label: str, features: Sequence[Feature], take: object) -> DatumFeature:
+    """Return a datum feature of one surface, or of two opposite parallel planes."""
+    points = [take(feature.face_indices) for feature in features]  # type: ignore[operator]
+    first = features[0]
+    if len(features) == 2 and all(isinstance(feature.ideal, Plane) for feature in features):
+        facing = float(first.faces[0].normal @ features[1].faces[0].normal)
+        if facing < -0.999:
+            apart = (features[1].faces[0].centre - first.faces[0].centre) @ first.faces[0].normal
+            return DatumFeature(
+                label, "width", points[0], bool(apart > 0), first.faces[0].normal, None, points[1]
+            )
+        if facing > 0.999:  # one plane in pieces: a common datum
+            return DatumFeature(label, "plane", np.concatenate(points), hint=first.faces[0].normal)
+    if len(features) > 1 and not _coaxial(features):
+        names = ", ".join(feature.name for feature in features)
+        raise SpecificationError(
+            f"datum {label} of {names}: only opposite or equal planes and equal axes are joined"
+        )
+    cloud = np.concatenate(points)
+    if isinstance(first.ideal, Plane):
+        return DatumFeature(label, "plane", cloud, hint=first.faces[0].normal)
+    if isinstance(first.ideal, Cylinder):
+        return DatumFeature(label, "cylinder", cloud, first.internal, first.ideal.axis)
+    if isinstance(first.ideal, Sphere):
+        return DatumFeature(label, "sphere", cloud, first.internal)
+    raise SpecificationError(
+        f"datum {label} is a {first.kind}; plane, cylinder, sphere and width are supported"
+    )
+
+
+def _coaxial(features: Sequence[Feature]) -> bool:
+    """Tell whether features are cylinders of one axis and one radius (a common datum A-B)."""
+    first = features[0].ideal
+    return isinstance(first, Cylinder) and all(
+        isinstance(feature.ideal, Cylinder)
+        and abs(feature.ideal.radius - first.radius) < 1e-9
+        and np.linalg.norm(np.cross(feature.ideal.axis, first.axis)) < 1e-9
+        and np.linalg.norm(np.cross(feature.ideal.origin - first.origin, first.axis)) < 1e-6
+        for feature in features
+    )
