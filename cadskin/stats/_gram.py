@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Columns", "gram_and_mean", "recentred", "weighted_combinations"]
 
-_CHUNK_VALUES = 1 << 19  # numbers per chunk: it stays in the second-level cache
+_CHUNK_VALUES = 1 << 17  # numbers per chunk: it stays in the second-level cache
 
 
 class Columns:
@@ -71,17 +71,19 @@ def gram_and_mean(
     mean = np.zeros(columns.d)
     roots = np.sqrt(weights).astype(columns.dtype)
     product = blas.ssyrk if columns.dtype == np.float32 else blas.dsyrk
+    equal = np.full(columns.n, 1.0 / columns.n, dtype=columns.dtype)
     chunks = columns.chunks()
     for done, (start, stop) in enumerate(chunks, start=1):
         block = columns.read(start, stop)
-        mean[start:stop] = np.add.reduce(block, axis=0, dtype=np.float64) / columns.n
-        centred = np.subtract(block, mean[start:stop].astype(columns.dtype), order="C")
+        shift = equal @ block
+        centred = np.subtract(block, shift, order="C")  # what the shift lacks of the mean goes in `recentred`
+        mean[start:stop] = shift.astype(np.float64) + equal @ centred
         centred *= roots[start:stop]
         gram += product(1.0, centred.T, trans=1, lower=1)
         report(progress, done, len(chunks))
     lower = np.tril(gram)
     gram = lower + np.tril(lower, -1).T
-    return recentred(gram, np.full(columns.n, 1.0 / columns.n)), mean
+    return recentred(gram, equal.astype(np.float64)), mean
 
 
 def recentred(gram: Floats, share: Floats) -> Floats:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from cadskin._typing import Floats, Progress
     from cadskin.stats.population import Population
 
-__all__ = ["fewest_modes", "fit_shape_model", "fix_signs", "weighted_eigen"]
+__all__ = ["fewest_modes", "fit_shape_model", "mode_signs", "weighted_eigen"]
 
 
 def fit_shape_model(
@@ -58,15 +58,17 @@ def fit_shape_model(
     if not 0 <= count <= rank:
         raise StatisticsError(f"{columns.n} parts have {rank} modes with variance, {count} were asked for")
     variances, vectors = variances[:count], vectors[:, :count]
+    if center != "arithmetic":
+        mean = mean + weighted_combinations(columns, mean, (q / q.sum())[:, None])[0]
     combine = np.sqrt(q)[:, None] * vectors / np.sqrt(_norm(q, ddof) * variances)
-    fields = weighted_combinations(columns, mean, np.column_stack([combine, q / q.sum()]))
-    shift = fields[count]  # from the plain mean to the weighted one
-    shapes = fields[:count] - combine.sum(axis=0)[:, None] * shift
-    shapes, signs = fix_signs(shapes, people.weights)
+    shapes = weighted_combinations(columns, mean, combine)
+    signs = mode_signs(shapes, people.weights)
+    shapes *= signs[:, None]
+    shapes.flags.writeable = False  # handed over without a copy
     centred = recentred(gram, q / q.sum())
     scores = signs * (centred @ combine) / np.sqrt(variances)
     return StatisticalShapeModel(
-        mean=mean + shift,
+        mean=mean,
         modes=shapes,
         variances=variances,
         weights=people.weights,
@@ -118,12 +120,11 @@ def fewest_modes(variances: Floats, share: float, total: float) -> int:
     return int(np.argmax(reached)) + 1 if reached.any() else len(variances)
 
 
-def fix_signs(shapes: Floats, weights: Floats) -> tuple[Floats, Floats]:
-    """Return modes (k, d) with the sign rule of `StatisticalShapeModel`, and the factors (k,) that did it."""
+def mode_signs(shapes: Floats, weights: Floats) -> Floats:
+    """Return the factors (k,), 1 or -1, that give modes (k, d) the sign of `StatisticalShapeModel`'s rule."""
     means = shapes @ weights
-    peaks = np.take_along_axis(shapes, np.abs(shapes).argmax(axis=1)[:, None], axis=1)[:, 0]
-    signs = np.where(np.abs(means) >= 0.1, np.sign(means), np.where(peaks < 0, -1.0, 1.0))
-    return shapes * signs[:, None], signs
+    peaks = np.where(shapes.max(axis=1) >= -shapes.min(axis=1), 1.0, -1.0)
+    return np.where(np.abs(means) >= 0.1, np.sign(means), peaks)
 
 
 def _norm(q: Floats, ddof: int) -> float:

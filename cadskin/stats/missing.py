@@ -26,7 +26,7 @@ def fit_with_missing(
     StatisticsError
         A sample that fewer than two parts observed, or more modes than n - 2.
     """
-    from cadskin.stats.fitting import fewest_modes, fix_signs
+    from cadskin.stats.fitting import fewest_modes, mode_signs
     from cadskin.stats.model import StatisticalShapeModel
 
     columns = people.columns
@@ -44,7 +44,9 @@ def fit_with_missing(
     root = np.sqrt(people.weights)
     left, singular, turn = np.linalg.svd((loadings * root).T, full_matrices=False)
     variances = singular**2 * (n / (n - ddof))
-    shapes, signs = fix_signs(left.T / root, people.weights)
+    shapes = left.T / root
+    signs = mode_signs(shapes, people.weights)
+    shapes = shapes * signs[:, None]
     standard = signs * (scores @ turn.T) * np.sqrt((n - ddof) / n)
     kept = count if share is None else fewest_modes(variances, share, float(variances.sum()))
     lost = float(variances[kept:].sum())
