@@ -134,9 +134,21 @@ def __getattr__(name: str) -> Any:
         home = _HOMES[name]
     except KeyError:
         raise AttributeError(f"module 'cadskin' has no attribute {name!r}") from None
-    value = getattr(import_module(home), name)
+    try:
+        value = getattr(import_module(home), name)
+    except ImportError as error:
+        raise _explained(error) from error
     globals()[name] = value
     return value
+
+
+def _explained(error: ImportError) -> ImportError:
+    """Return an error that says what to install, where the cause is known (no libGL, the wrong OCP wheel)."""
+    from cadskin.doctor import cause_of_import_error
+    from cadskin.errors import MissingDependencyError
+
+    cause = cause_of_import_error(error)
+    return error if cause is None else MissingDependencyError(cause)
 
 
 def __dir__() -> list[str]:

@@ -32,7 +32,7 @@ __all__ = [
     "explain_import_error",
     "explain_missing_library",
     "kernel_wheel",
-    "kernels_are_cached",
+    "kernels_to_compile",
     "repair",
     "report",
 ]
@@ -88,6 +88,13 @@ LIBRARIES = {
         "libgomp.so.1",
     ),
     "pymeshlab": ("libGL.so.1", "libOpenGL.so.0"),
+}
+# What is compiled at its first use -> (module, function) whose cache file tells that it has been.
+KERNELS = {
+    "meshing": ("cad/meshing/kernel", "remesh_arrays"),
+    "fields": ("deviation/_philox", "_fill"),
+    "checks": ("shape/intersections", "_tree_pairs"),
+    "pictures": ("view/raster", "fill_triangles"),
 }
 
 
@@ -185,6 +192,12 @@ def explain_import_error(error: ImportError | OSError) -> str:
     >>> explain_import_error(ModuleNotFoundError("No module named 'gmsh'", name="gmsh"))
     "the package gmsh is missing: pip install 'cadskin[gmsh]'"
     """
+    cause = cause_of_import_error(error)
+    return cause or f"an import failed ({error}); `cadskin doctor` says what is broken"
+
+
+def cause_of_import_error(error: ImportError | OSError) -> str | None:
+    """Return what `explain_import_error` does, or None where the cause is not one that is known here."""
     library = explain_missing_library(str(error))
     if library:
         return library
@@ -194,7 +207,7 @@ def explain_import_error(error: ImportError | OSError) -> str:
     wheel = kernel_wheel()
     if wheel.state == "broken":
         return f"{wheel.detail}; repair: {wheel.repair}"
-    return f"an import failed ({error}); `cadskin doctor` says what is broken"
+    return None
 
 
 def explain_missing_library(text: str) -> str | None:
@@ -351,15 +364,27 @@ def _import_repair() -> str:
     return kernel_wheel().repair or "pip install --upgrade --force-reinstall cadskin"
 
 
-def kernels_are_cached() -> bool:
-    """Say whether the mesher's compiled kernel lies in one of numba's cache folders.
+def kernels_to_compile(*names: str) -> tuple[str, ...]:
+    """Return which of the compiled kernels are in none of numba's cache folders, all kinds by default.
 
-    After an update of cadskin it may be an old one; numba then compiles again.
+    Parameters
+    ----------
+    *names : str
+        Keys of `KERNELS`: ``meshing``, ``fields``, ``checks``, ``pictures``.
+
+    Notes
+    -----
+    After an update of cadskin a cached one may be old; numba then compiles it again.
     """
-    package = Path(__file__).resolve().parent
+    return tuple(name for name in names or KERNELS if not _is_cached(*KERNELS[name]))
+
+
+def _is_cached(module: str, function: str) -> bool:
+    place = Path(__file__).resolve().parent / module
     own = os.environ.get("NUMBA_CACHE_DIR")
-    folders = [Path(own)] if own else [package / "cad" / "meshing" / "__pycache__", _numba_home()]
-    return any(True for folder in folders for _ in folder.rglob("kernel.remesh_arrays-*.nbi"))
+    folders = [Path(own)] if own else [place.parent / "__pycache__", _numba_home()]
+    pattern = f"{place.name}.{function}-*.nbi"
+    return any(True for folder in folders for _ in folder.rglob(pattern))
 
 
 def _numba_home() -> Path:
@@ -372,6 +397,8 @@ def _numba_home() -> Path:
 
 
 def _kernel_cache() -> Finding:
-    if kernels_are_cached():
+    missing = kernels_to_compile()
+    if not missing:
         return Finding("compiled kernels", "ok", "in numba's cache")
-    return Finding("compiled kernels", "note", "none yet; the first command compiles them once")
+    what = f"not in the cache: {', '.join(missing)}; the first command compiles them once"
+    return Finding("compiled kernels", "note", what)

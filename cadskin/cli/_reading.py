@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from cadskin.cad.description import FileDescription
     from cadskin.shape import NominalModel
 
-__all__ = ["describe", "discretise"]
+__all__ = ["describe", "discretise", "say_what_is_compiled"]
 
 NO_LIMIT = 2**31 - 1  # triangles
 
@@ -47,7 +47,6 @@ def discretise(
     """
     from cadskin.cad import contained_nominals
     from cadskin.cad.filekind import cad_file
-    from cadskin.doctor import kernels_are_cached
 
     if edge_length is not None and points is not None:
         raise GeometryError("--edge-length and --points exclude each other: give one of them")
@@ -65,10 +64,18 @@ def discretise(
     if force:
         options["max_triangles"] = NO_LIMIT
     cad_file(path)
-    if not kernels_are_cached():
-        note("compiling the meshing kernels (once, some 20 s)")
+    say_what_is_compiled("meshing")
     with progress_bar(f"meshing {path.name}") as progress:
         return contained_nominals(path, options, time_limit=_limit(time_limit), progress=progress)
+
+
+def say_what_is_compiled(*kernels: str) -> None:
+    """Say that a first command takes longer, where it does; see `cadskin.doctor.KERNELS`."""
+    from cadskin.doctor import kernels_to_compile
+
+    missing = kernels_to_compile(*kernels)
+    if missing:
+        note(f"compiling kernels (once, up to 30 s): {', '.join(missing)}")
 
 
 def _limit(seconds: float) -> float | None:

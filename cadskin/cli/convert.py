@@ -25,7 +25,7 @@ from cadskin.cli._options import (
     TimeLimit,
     positive,
 )
-from cadskin.cli._reading import discretise
+from cadskin.cli._reading import discretise, say_what_is_compiled
 from cadskin.cli._targets import check_target, is_device, names_for_parts
 
 if TYPE_CHECKING:
@@ -120,6 +120,7 @@ def command(
         time_limit=time_limit,
     )
     names = [nominal.source.part or path.stem for nominal in nominals]
+    say_what_is_compiled("fields", "checks", *(["pictures"] if picture else []))
     records = []
     for nominal, name, file in zip(nominals, names, names_for_parts(output, names), strict=True):
         skin, width = _simulate(nominal, name, request)

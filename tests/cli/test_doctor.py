@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -117,3 +119,38 @@ def test_report_hides_the_home_folder(capsys):
     text = capsys.readouterr().out
     assert "numpy" in text
     assert str(Path.home()) not in text
+
+
+def test_every_kernel_that_is_watched_exists():
+    root = Path(doctor.__file__).parent
+    for module, function in doctor.KERNELS.values():
+        assert f"def {function}(" in (root / module).with_suffix(".py").read_text()
+
+
+@pytest.mark.slow
+def test_kernels_are_found_in_the_cache_that_numba_wrote(tmp_path, monkeypatch):
+    """A process with a cache folder of its own compiles; the doctor sees it there."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    assert doctor.kernels_to_compile("fields") == ("fields",)
+    code = (
+        "import cadskin as cs\n"
+        "import cadquery as cq\n"
+        "part = cs.nominal(cq.Workplane().box(4, 4, 4), edge_length=2.0)\n"
+        "cs.WhiteNoise(sigma=0.1).sample(part, rng=1)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    assert doctor.kernels_to_compile("fields", "meshing") == ()
+
+
+def test_facade_explains_a_missing_library(monkeypatch):
+    import cadskin
+    from cadskin.errors import MissingDependencyError
+
+    def fails(name):
+        raise ImportError("libGL.so.1: cannot open shared object file: No such file or directory")
+
+    monkeypatch.setattr(cadskin, "import_module", fails)
+    monkeypatch.delitem(vars(cadskin), "nominal", raising=False)
+    with pytest.raises(MissingDependencyError, match="apt-get install libgl1"):
+        cadskin.nominal  # noqa: B018
