@@ -23,7 +23,7 @@ from cadskin.deviation.kernels import correlation_of, kernel_code, squared_dista
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from cadskin._typing import Ints, Points
+    from cadskin._typing import Floats, Ints, Points
 
 __all__ = ["VECCHIA_NEIGHBOURS", "TwoLevelField", "VecchiaField", "coarse_points"]
 
@@ -91,6 +91,19 @@ def _nearest(coarse: Points, points: Points, count: int) -> NDArray[np.int32]:
     available = min(count, len(coarse))
     found[:, :available] = cKDTree(coarse).query(points, k=[*range(1, available + 1)])[1]
     return found
+
+
+def kriging_interpolation(places: Points, values: Floats, points: Points) -> Floats:
+    """Return values (n,) at points (n, d), kriged from those at places (k, d); smooth data of mean zero."""
+    ids = _nearest(np.ascontiguousarray(places / 2), points / 2, 16)
+    weights, _ = _kriging_weights(
+        np.ascontiguousarray(places / 2),
+        np.ascontiguousarray(points / 2),
+        ids,
+        kernel_code("matern52"),
+        1e-6,
+    )
+    return np.asarray(np.einsum("ik,ik->i", weights, values[np.maximum(ids, 0)]), dtype=np.float64)
 
 
 def _coarse_field(points: Points, kernel: str) -> PatchField:

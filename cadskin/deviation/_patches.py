@@ -8,15 +8,21 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import dijkstra
+from scipy.spatial import cKDTree
 
 from cadskin.shape.patches import smooth_patches
 
 if TYPE_CHECKING:
-    from cadskin._typing import Ints, Points, Triangles, Vectors
+    from cadskin._typing import Floats, Ints, Points, Triangles, Vectors
     from cadskin.shape import Feature, NominalModel
 
-__all__ = ["PatchPoints", "patch_points"]
+__all__ = ["PatchPoints", "is_thin", "patch_points"]
 
+_LOOKERS = 200  # points of a patch that look for an opposite side
+_WAYS = 8_000_000  # distances kept while looking for the way along the surface
+_DETOUR = 2.5  # way along the surface over distance in space from which on a patch is thin
 _FLAT = 1e-9  # thickness over extent below which a patch counts as a plane
 
 
@@ -101,6 +107,46 @@ def patch_points(nominal: NominalModel, features: Sequence[Feature] | None = Non
             )
         )
     return found
+
+
+def is_thin(patch: PatchPoints, length: float) -> bool:
+    """Return whether two sides of a patch are near in space, within a length, but far along the surface.
+
+    Some points spread over the patch look for the nearest point with a normal turned away; the way along the
+    mesh edges decides. The two sides of a shaft are no case (the way round is pi/2 times the distance).
+    """
+    if patch.flat:
+        return False
+    chosen = np.unique(np.linspace(0, len(patch.points) - 1, _LOOKERS).astype(np.int64))
+    opposite, distance = _opposite_points(patch, chosen, length)
+    near = np.flatnonzero(distance < length)
+    if not len(near):
+        return False
+    near = near[
+        np.unique(np.linspace(0, len(near) - 1, max(1, min(64, _WAYS // len(patch.points)))).astype(int))
+    ]
+    sides = patch.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    steps = np.linalg.norm(patch.points[sides[:, 0]] - patch.points[sides[:, 1]], axis=1)
+    edges, first = np.unique(np.sort(sides, axis=1), axis=0, return_index=True)
+    graph = coo_array((steps[first], (edges[:, 0], edges[:, 1])), shape=(len(patch.points),) * 2).tocsr()
+    limit = _DETOUR * float(distance[near].max())
+    ways = dijkstra(graph, directed=False, indices=chosen[near], limit=limit)
+    way = ways[np.arange(len(near)), opposite[near]]
+    return bool((way > _DETOUR * distance[near]).any())
+
+
+def _opposite_points(patch: PatchPoints, chosen: Ints, length: float) -> tuple[Ints, Floats]:
+    """Nearest point with a normal turned away from that of each chosen point, and its distance (inf: none)."""
+    tree = cKDTree(patch.points)
+    nearest = np.zeros(len(chosen), dtype=np.int64)
+    distance = np.full(len(chosen), np.inf)
+    for k, i in enumerate(chosen):
+        around = np.array(tree.query_ball_point(patch.points[i], length), dtype=np.int64)
+        away = around[patch.normals[around] @ patch.normals[i] < -0.3]
+        if len(away):
+            step = np.linalg.norm(patch.points[away] - patch.points[i], axis=1)
+            nearest[k], distance[k] = away[np.argmin(step)], step.min()
+    return nearest, distance
 
 
 def _groups(labels: Ints, count: int) -> tuple[Ints, Ints]:

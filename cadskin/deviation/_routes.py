@@ -10,6 +10,7 @@ karhunen_loeve    squared exponential, up to 10 000 points, rank <= 400  1e-4
 grid              squared exponential, any size                          6e-4
 two_level         smooth kernels, many points per length                 1e-3 (SE), 4e-3 (Matern 5/2)
 vecchia           rough kernels, or few points per length                8e-3
+surface           thin patches, metric="surface"                         mesh: 5e-3 at l = 6 edge lengths
 ================  =====================================================  ==========================
 """
 
@@ -22,16 +23,17 @@ import numpy as np
 from cadskin.deviation._grid import MAX_CELLS, GridField, grid_cells
 from cadskin.deviation._kriging import VECCHIA_NEIGHBOURS, TwoLevelField, VecchiaField
 from cadskin.deviation._patch_fields import DenseField, LowRankField, PatchField
+from cadskin.deviation._patches import PatchPoints, is_thin
+from cadskin.deviation._surface import SurfaceField
 from cadskin.deviation.coordinates import area_frame
 from cadskin.errors import DeviationError
 
 if TYPE_CHECKING:
     from cadskin._typing import Points
-    from cadskin.deviation._patches import PatchPoints
 
 __all__ = ["METHODS", "METRICS", "make_field"]
 
-METRICS = ("auto", "euclidean", "geodesic")
+METRICS = ("auto", "euclidean", "surface", "geodesic")
 METHODS = ("auto", "dense", "karhunen_loeve", "grid", "two_level", "vecchia")
 
 _DENSE_POINTS = 600
@@ -52,8 +54,12 @@ def make_field(patch: PatchPoints, length: float, kernel: str, metric: str, meth
     if metric == "geodesic" and not patch.flat:
         raise DeviationError(
             f"kernel {kernel!r} over geodesic distance is not positive definite on a curved patch; "
-            "use metric='euclidean'"
+            "use metric='surface' (always positive definite) or metric='euclidean'"
         )
+    if metric == "surface" or (metric == "auto" and method == "auto" and is_thin(patch, length)):
+        if method != "auto":
+            raise DeviationError(f"metric='surface' has its own method; leave out method={method!r}")
+        return SurfaceField(patch.points / length, patch.triangles, kernel)
     points = (patch.points - patch.points.min(axis=0)) / length
     chosen = _choose(patch, length, kernel) if method == "auto" else method
     if chosen == "grid":

@@ -49,8 +49,10 @@ class GaussianField(DeviationModel):
     kernel : str
         ``squared_exponential`` (smooth), ``matern52``, ``matern32``, ``whittle``, ``exponential`` (rough).
     metric : str
-        ``euclidean``: d is the distance in space (on a plane there is no other). ``geodesic`` is refused on
-        curved patches, see Raises.
+        ``euclidean``: d is the distance in space (on a plane there is no other). ``surface``: the field is
+        made by the Laplace-Beltrami operator, so that only the way along the surface counts; in the plane it
+        has the same kernel. ``auto``: euclidean, but surface for a patch that comes back to itself within
+        a length (a thin wall with round edges). ``geodesic`` is refused on curved patches, see Raises.
     method : str
         ``auto``, or one route: ``dense``, ``karhunen_loeve``, ``two_level``, ``vecchia``.
 
