@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from cadskin._typing import Bools, Floats, Ints, Vectors
     from cadskin.shape import DiscreteShape, NominalModel
 
-__all__ = ["check_skin", "intersecting_pairs", "passed_walls"]
+__all__ = ["check_skin", "intersecting_pairs", "passed_walls", "past_radius"]
 
 _SPARE = 1.5  # the pairs kept for the next samples allow for moves that are so much longer
 
@@ -60,7 +60,7 @@ def check_skin(
     *,
     label: str = "the skin model",
 ) -> None:
-    """Raise if a skin model has passed through itself, has an inverted triangle or intersects itself.
+    """Raise if a skin model passes through itself, turns over, loses more than a radius or intersects itself.
 
     Parameters
     ----------
@@ -95,6 +95,7 @@ def check_skin(
             walls = walls[piece[:, 0] != piece[:, 1]]
         if len(walls):
             raise GeometryError(messages.wall(nominal, deviation, walls, label))
+    inverted |= past_radius(nominal, deviation)
     if inverted.any():
         raise GeometryError(messages.fold(nominal, deviation, np.flatnonzero(inverted), label))
     if len(crossing):
@@ -143,6 +144,16 @@ def passed_walls(surface: DiscreteShape, displacement: Vectors) -> Ints:
         beside = np.linalg.norm(apart - gap[:, None] * normals[:, k], axis=1)
         passed &= (gap * gap_after <= 1e-12 * gap * gap) & (beside <= radius)
     return pairs[passed]
+
+
+def past_radius(nominal: NominalModel, deviation: Floats) -> Bools:
+    """Return the triangles (m,) all of whose samples deviate past a centre of curvature of their face.
+
+    The offset of a surface with principal curvature k by delta is turned inside out where ``1 - k delta`` is
+    not positive: an outer fillet that loses, or a hole that gains, more than its radius.
+    """
+    factor = (1.0 - nominal.samples.curvatures * np.asarray(deviation)[:, None]).min(axis=1)
+    return np.asarray((factor <= 0.0)[nominal.corner_samples].all(axis=1), dtype=np.bool_)
 
 
 def _new_intersections(nominal: NominalModel, displacement: Vectors) -> Ints:

@@ -147,6 +147,7 @@ class SkinModel:
             ("triangles", f"{self.nominal.surface.n_triangles}"),
             ("features", f"{len(self.nominal.features)}"),
             ("deviation", _range_text(self.deviation)),
+            ("realised within", f"{self.report.max_residual:.2g} mm"),
             ("model", self.provenance.model or "given"),
             ("seed", _seed_text(self.provenance)),
         ]

@@ -96,7 +96,7 @@ def weld(nominal: NominalModel, deviation: ArrayLike) -> Vectors:
     -----
     - The realised deviation is the component of the displacement along the nominal normal at the sample. On a
       plane it is the distance to the plane. On a curved face it is the distance to the face up to
-      ``kappa t² / 2`` for a tangential shift t.
+      ``kappa t² / 2`` for a tangential shift t, kappa being the curvature in its direction.
     - Features that meet under less than `SHARED_ANGLE` (10°) share the mean of their deviations there.
     - Where four or more features meet with deviations that contradict each other, the sum of the squared
       residuals is least; `weld_report` tells both.
@@ -141,6 +141,9 @@ class WeldReport:
         Triangles that are turned over against the nominal ones.
     max_displacement : float
         Longest move of a vertex [mm].
+    max_slide_error : float
+        Largest ``|kappa| t² / 2`` for a slide t along a face of curvature kappa in its direction [mm]: to
+        second order, by so much the distance to the face differs from the realised deviation.
     """
 
     max_residual: float
@@ -150,6 +153,7 @@ class WeldReport:
     n_overdetermined: int
     n_inverted: int
     max_displacement: float
+    max_slide_error: float
 
 
 def weld_report(nominal: NominalModel, deviation: ArrayLike, displacement: Vectors) -> WeldReport:
@@ -170,7 +174,17 @@ def weld_report(nominal: NominalModel, deviation: ArrayLike, displacement: Vecto
         n_overdetermined=int((wrong & constraints.overdetermined & ~constraints.shared).sum()),
         n_inverted=int(inverted.sum()),
         max_displacement=float(np.linalg.norm(displacement, axis=1).max(initial=0.0)),
+        max_slide_error=float(_slide_errors(nominal, displacement).max(initial=0.0)),
     )
+
+
+def _slide_errors(nominal: NominalModel, displacement: Vectors) -> Floats:
+    """Return |kappa(t)| t² / 2 for the tangential part t of the move at each sample (n_c,) [mm]."""
+    samples = nominal.samples
+    moves = displacement[samples.vertex_ids]
+    along = np.einsum("kai,ki->ka", samples.directions, moves)
+    error = 0.5 * np.abs((samples.curvatures * along**2).sum(axis=1))
+    return np.asarray(np.where(samples.singular, 0.0, error))
 
 
 def vertex_deviation(nominal: NominalModel, deviation: Floats) -> Floats:

@@ -173,7 +173,7 @@ def assemble(patches, groups=None) -> NominalModel:
         uv=np.full((len(row), 2), np.nan),
         normals=normals,
         curvatures=np.concatenate([_curvatures(patch) for patch in patches])[row],
-        directions=_frames(normals),
+        directions=np.concatenate([_directions(patch) for patch in patches])[row],
         singular=np.concatenate([_singular(patch) for patch in patches])[row],
     )
     features = build_features(surface, groups, faces, samples, np.array(starts))
@@ -208,7 +208,13 @@ def _singular(patch):
     return np.zeros(len(patch.points), bool) if patch.singular is None else patch.singular
 
 
-def _frames(normals):
+def _directions(patch):
+    """Principal directions: around and along the axis of a cylinder in the order of its curvatures."""
+    normals = patch.normals
+    if isinstance(patch.ideal, Cylinder):
+        axis = np.tile([0.0, 0.0, 1.0], (len(normals), 1))
+        around = np.cross(axis, normals)
+        return np.stack([around, axis] if patch.internal else [axis, around], axis=1)
     other = np.where(np.abs(normals[:, :1]) < 0.9, [[1.0, 0, 0]], [[0, 1.0, 0]])
     first = np.cross(normals, other)
     first /= np.linalg.norm(first, axis=1, keepdims=True)

@@ -4,7 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from builders import Line, Patch, assemble, box, cylinder, extrude, plate_with_hole, sphere, thin_wall
+from builders import (
+    Line,
+    Patch,
+    assemble,
+    box,
+    cylinder,
+    extrude,
+    filleted_box,
+    plate_with_hole,
+    sphere,
+    thin_wall,
+)
 
 from cadskin.errors import CadskinWarning, GeometryError
 from cadskin.shape import Freeform, NominalModel
@@ -79,6 +90,16 @@ def test_a_hole_that_breaks_through_the_side():
         GeometryError, match=r"passes through itself .* between side \d and hole .* the wall is 0\.5"
     ):
         check_skin(part, by_feature(part, hole=-0.8))
+
+
+def test_a_fillet_that_loses_more_than_its_radius():
+    """An outer fillet of 1.5 mm and its neighbours lose 2 mm: the fillet would turn inside out."""
+    part = filleted_box(radius=1.5)
+    check_skin(part, by_feature(part, fillet=-1.0, front=-1.0, left=-1.0))
+    with pytest.raises(
+        GeometryError, match=r"on fillet near \(.*the deviation is -2 mm and the radius 1\.5 mm there"
+    ):
+        check_skin(part, by_feature(part, fillet=-2.0, front=-2.0, left=-2.0))
 
 
 def test_the_pairs_are_those_of_the_full_test():

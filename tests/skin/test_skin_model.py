@@ -73,6 +73,7 @@ def test_html_table(skin):
     html = skin._repr_html_()
     assert f"<td>{skin.nominal.surface.n_points}</td>" in html
     assert f"{skin.deviation.max():+.4g} mm" in html
+    assert f"<td>{skin.report.max_residual:.2g} mm</td>" in html
 
 
 def test_ensemble_is_a_sequence_of_skin_models(part):

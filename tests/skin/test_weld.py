@@ -5,10 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from builders import (
+    Arc,
+    Line,
     bent_plate,
     box,
     cone,
     cylinder,
+    extrude,
     filleted_box,
     open_box,
     plate_with_hole,
@@ -337,3 +340,19 @@ def test_an_open_shell_keeps_its_border():
     low, high = skin.points.min(axis=0), skin.points.max(axis=0)
     np.testing.assert_allclose(low, [0, -0.2, -0.1], atol=1e-12)
     np.testing.assert_allclose(high[:2], [5.7, 4.0], atol=1e-12)
+
+
+def test_the_report_tells_what_a_slide_on_a_curved_face_costs():
+    """The flat of a half cylinder moves by t: its edge slides along a tangent, t² / (2 R) off the mantle."""
+    mantle, flat = Arc((0, 0), 2.0, 0.0, np.pi, "mantle"), Line((-2, 0), (2, 0), "flat")
+    part = extrude([[mantle, flat]], 3.0, 0.4)
+    field = by_feature(part, flat=0.1)
+    displacement = weld(part, field)
+    skin = part.surface.points + displacement
+    radius = np.hypot(*skin[part.feature(name="mantle").vertex_ids, :2].T)
+    report = weld_report(part, field, displacement)
+    assert report.max_residual < 1e-12
+    assert report.max_slide_error == pytest.approx((radius - 2.0).max(), rel=2e-3)
+    assert report.max_slide_error == pytest.approx(0.1**2 / (2 * 2.0), rel=1e-9)
+    upwards = weld(part, by_feature(part, top=0.1))  # along the mantle's axis a slide costs nothing
+    assert weld_report(part, by_feature(part, top=0.1), upwards).max_slide_error < 1e-15
