@@ -162,7 +162,7 @@ class PmiGraph:
             inner = value.values[0]
             if isinstance(inner, int | float) and not isinstance(inner, Reference):
                 unit = self.context_unit("angle" if "ANGLE" in value.name else "length")
-                return Measure(clean(inner * unit.factor), float(inner), unit)
+                return Measure(_in_mm_or_rad(inner, unit), float(inner), unit)
             value = inner
         if not isinstance(value, int):
             return None
@@ -170,7 +170,7 @@ class PmiGraph:
         if raw is None:
             return None
         unit = self.unit(raw[1]) if raw[1] is not None else self.context_unit("length")
-        return Measure(clean(raw[0] * unit.factor), raw[0], unit, self._item_name(int(value)))
+        return Measure(_in_mm_or_rad(raw[0], unit), raw[0], unit, self._item_name(int(value)))
 
     def _item_name(self, number: int) -> str:
         records = self.file.records(number)
@@ -268,6 +268,10 @@ class PmiGraph:
 def clean(value: float) -> float:
     """Return 0.762 for 0.03 inch, not 0.7619999999999999: what a product of two rounded numbers means."""
     return float(f"{value:.15g}")
+
+
+def _in_mm_or_rad(raw: float, unit: Unit) -> float:
+    return float(raw) if unit.factor == 1.0 else clean(raw * unit.factor)
 
 
 def _si_unit(values: tuple[Value, ...]) -> Unit:

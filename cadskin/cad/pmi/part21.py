@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
+from bisect import bisect_right
 from collections.abc import Iterator
 from pathlib import Path
 
-from cadskin.cad.pmi.tokens import Record, Value, parse_records
+from cadskin.cad.pmi.tokens import MAX_DEPTH, MAX_STRING, Malformed, Record, Value, parse_records
 from cadskin.errors import ReadError
 
 __all__ = ["Part21File", "read_part21"]
@@ -26,6 +27,7 @@ _INSTANCE = re.compile(
 _STATEMENT = re.compile(_SPACE + rb"(" + _BODY + rb");")
 _WORD = re.compile(_SPACE + rb"([A-Za-z_][A-Za-z0-9_\-]*+)")
 _RECORD_NAME = re.compile(rb"([A-Za-z_][A-Za-z0-9_]*+)\s*+\(")
+_BLANK = re.compile(rb"\s*+")
 _KEYWORD = re.compile(rb"!?[A-Za-z_][A-Za-z0-9_]*+")
 _STRING = re.compile(rb"'[^']*+'")
 _SCHEMA_VERSION = re.compile(r"\{\s*1\s+0\s+10303\s+442\s+(\d+)")
@@ -55,10 +57,13 @@ class Part21File:
         self._spans: dict[int, int] = {}
         self._by_name: dict[str, list[int]] = {}
         self._complex: dict[str, list[int]] = {}
+        self._long: list[int] = []
         self._types: dict[int, tuple[str, ...]] = {}
         self._parsed: dict[int, tuple[Record, ...]] = {}
         self.header: tuple[Record, ...] = ()
+        self.broken: dict[int, str] = {}
         self._index()
+        self._refuse_hostile()
 
     def __len__(self) -> int:
         return len(self._spans)
@@ -71,12 +76,14 @@ class Part21File:
         return iter(self._spans)
 
     def records(self, number: int) -> tuple[Record, ...]:
-        """Return the records of an instance; empty where the file has no such instance.
+        """Return the records of an instance.
+
+        Empty where the file has no such instance, and where its text is malformed: that goes to `broken`.
 
         Raises
         ------
         ReadError
-            Its text cannot be understood.
+            It is beyond the limits of nesting and length.
         """
         number = int(number)
         found = self._parsed.get(number)
@@ -84,7 +91,11 @@ class Part21File:
             if number not in self._spans:
                 return ()
             start, stop = self._span(number)
-            found = parse_records(self._data, start, stop, label=f"{self.name}, #{number}")
+            try:
+                found = parse_records(self._data, start, stop, label=f"{self.name}, #{number}")
+            except Malformed as error:
+                self.broken[number] = str(error)
+                found = ()
             self._parsed[number] = found
         return found
 
@@ -152,8 +163,22 @@ class Part21File:
         return {1: 1, 2: 2, 3: 2, 4: 3}.get(int(match[1]), 3)
 
     def line(self, position: int) -> int:
-        """Return the line number of a byte position."""
-        return self._data.count(b"\n", 0, position) + 1
+        """Return the line number of the first text at or behind a byte position."""
+        text = _BLANK.match(self._data, position)
+        return self._data.count(b"\n", 0, position if text is None else text.end()) + 1
+
+    def _refuse_hostile(self) -> None:
+        """Parse what nests too deep or is too long, so that it is refused even where nobody asks for it."""
+        nested = self._data.find(b"(" * (MAX_DEPTH + 1))
+        starts = (
+            sorted((packed >> _LENGTH_BITS, number) for number, packed in self._spans.items())
+            if nested >= 0
+            else []
+        )
+        if starts:
+            self.records(starts[max(bisect_right(starts, (nested, 0)) - 1, 0)][1])
+        for number in self._long:
+            self.records(number)
 
     # -- the one pass --------------------
 
@@ -221,6 +246,8 @@ class Part21File:
                 )
             spans[number] = start << _LENGTH_BITS | position - 1 - start
             count += 1
+            if position - start > MAX_STRING:
+                self._long.append(number)
             if not keyword:
                 complex_ids.append(number)
             elif keyword in by_keyword:

@@ -65,6 +65,7 @@ def specification_of(file: Part21File, parts: Iterable[PartFaces] | None = None)
     tolerances = tolerance_reader.tolerances()
     datums, dimensions = datum_reader.datums(), dimension_reader.dimensions()
     unresolved = [*tolerance_reader.unresolved, *datum_reader.unresolved, *dimension_reader.unresolved]
+    unresolved += [Unresolved(f"#{number}", "file", reason) for number, reason in file.broken.items()]
     unresolved += _nothing(file, tolerances, datums, dimensions)
     notes = _unit_notes(file, tolerances, dimensions)
     for note in notes:

@@ -12,6 +12,7 @@ __all__ = [
     "DERIVED",
     "Derived",
     "Enumeration",
+    "Malformed",
     "Record",
     "Reference",
     "Typed",
@@ -22,6 +23,10 @@ __all__ = [
 
 MAX_DEPTH = 64
 MAX_STRING = 1 << 20
+
+
+class Malformed(ReadError):
+    """One instance whose text is no parameter list; the rest of the file can still be read."""
 
 
 class Reference(int):
@@ -163,8 +168,10 @@ def parse_records(data: bytes, start: int, stop: int, *, label: str) -> tuple[Re
 
     Raises
     ------
+    Malformed
+        Text that is no parameter list.
     ReadError
-        Text that is no parameter list, brackets nested more than 64 deep, a string of more than 1 MiB.
+        Brackets nested more than 64 deep, a string of more than 1 MiB.
     """
     stack: list[tuple[str | None, list[Value]]] = []
     pending: str | None = None
@@ -173,19 +180,19 @@ def parse_records(data: bytes, start: int, stop: int, *, label: str) -> tuple[Re
     while position < stop:
         match = match_token(data, position, stop)
         if match is None:
-            raise ReadError(f"{label}: not understood at {data[position : position + 30]!r}")
+            raise Malformed(f"{label}: not understood at {data[position : position + 30]!r}")
         position, kind, token = match.end(), match.lastgroup, match[0]
         if kind is None or kind == "comment":
             continue
         if done is not None:
-            raise ReadError(f"{label}: text after the closing bracket: {token[:30]!r}")
+            raise Malformed(f"{label}: text after the closing bracket: {token[:30]!r}")
         if token == b"(":
             if len(stack) >= MAX_DEPTH:
                 raise ReadError(f"{label}: brackets nested more than {MAX_DEPTH} deep")
             stack.append((pending, []))
             pending = None
         elif pending is not None or (not stack and kind != "name"):
-            raise ReadError(f"{label}: '(' expected at {token[:30]!r}")
+            raise Malformed(f"{label}: '(' expected at {token[:30]!r}")
         elif token == b")":
             closed = stack.pop()
             if stack:
@@ -200,7 +207,7 @@ def parse_records(data: bytes, start: int, stop: int, *, label: str) -> tuple[Re
         elif token != b",":
             stack[-1][1].append(None if token == b"$" else DERIVED)
     if done is None:
-        raise ReadError(f"{label}: a bracket is never closed")
+        raise Malformed(f"{label}: a bracket is never closed")
     own, values = done
     if own is not None:
         return (Record(own, tuple(values)),)
