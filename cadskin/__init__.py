@@ -62,6 +62,7 @@ _HOMES = {
     # skin model shapes
     "SkinEnsemble": "cadskin.skin",
     "SkinModel": "cadskin.skin",
+    "check_skin": "cadskin.skin",
     "simulate": "cadskin.skin",
     "simulate_ensemble": "cadskin.skin",
     "simulate_in_profile_zone": "cadskin.skin",
@@ -70,6 +71,10 @@ _HOMES = {
     "StatisticalShapeModel": "cadskin.stats",
     # out
     "picture": "cadskin.view",
+    "sheet": "cadskin.view",
+    "to_meshio": "cadskin.export",
+    "to_pyvista": "cadskin.view",
+    "to_trimesh": "cadskin.export",
     "write": "cadskin.export",
     # errors
     "CadskinError": "cadskin.errors",
@@ -90,6 +95,8 @@ if TYPE_CHECKING:
     from cadskin.deviation import WhiteNoise as WhiteNoise
     from cadskin.errors import CadskinError as CadskinError
     from cadskin.errors import CadskinWarning as CadskinWarning
+    from cadskin.export import to_meshio as to_meshio
+    from cadskin.export import to_trimesh as to_trimesh
     from cadskin.export import write as write
     from cadskin.shape import DiscreteShape as DiscreteShape
     from cadskin.shape import Face as Face
@@ -97,6 +104,7 @@ if TYPE_CHECKING:
     from cadskin.shape import NominalModel as NominalModel
     from cadskin.skin import SkinEnsemble as SkinEnsemble
     from cadskin.skin import SkinModel as SkinModel
+    from cadskin.skin import check_skin as check_skin
     from cadskin.skin import simulate_ensemble as simulate_ensemble
     from cadskin.skin import simulate_in_profile_zone as simulate_in_profile_zone
     from cadskin.skin.simulate import simulate as simulate  # the module has the same name: mypy minds
@@ -127,6 +135,8 @@ if TYPE_CHECKING:
     from cadskin.spec import total_runout as total_runout
     from cadskin.stats import StatisticalShapeModel as StatisticalShapeModel
     from cadskin.view import picture as picture
+    from cadskin.view import sheet as sheet
+    from cadskin.view import to_pyvista as to_pyvista
 
 
 def __getattr__(name: str) -> Any:

@@ -23,10 +23,13 @@ if TYPE_CHECKING:
 
 __all__ = ["TANGENT_ANGLE", "SmoothPatches", "smooth_patches"]
 
-TANGENT_ANGLE = np.deg2rad(2.0)
+TANGENT_ANGLE = float(np.deg2rad(10.0))
 """Features whose normals differ by less than this angle [rad] at a common vertex meet tangentially there.
 
-CAD systems call an edge smooth below about 1°; files with loose tolerances reach 2° on fillets.
+CAD systems call an edge smooth below about 1°, and files with loose tolerances reach 2° on fillets. Real
+edges of 4° to 9° (a plane that runs into a cylinder) would let two independent fields a and b move their
+common edge sideways by |a - b| / (2 sin(angle / 2)), which grows without bound; a made part has no such
+step. The weld uses this angle too.
 """
 
 

@@ -9,19 +9,13 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array
 
 from cadskin.shape.discrete import triangle_normals
+from cadskin.shape.patches import TANGENT_ANGLE
 
 if TYPE_CHECKING:
     from cadskin._typing import Bools, Floats, Ints, Vectors
     from cadskin.shape import NominalModel
 
-__all__ = ["SHARED_ANGLE", "VertexConstraints", "constraint_vectors", "vertex_constraints"]
-
-SHARED_ANGLE = float(np.deg2rad(10.0))
-"""Features whose normals differ by less than this [rad] at a vertex share one deviation there: their mean.
-
-Two planes under the angle theta with deviations a and b meet |a - b| / (2 sin(theta / 2)) away from their
-nominal edge: 5.7 |a - b| at 10°, and without bound towards tangency.
-"""
+__all__ = ["VertexConstraints", "constraint_vectors", "vertex_constraints"]
 
 _MAX_STRETCH = 4.0  # an apex moves at most this many times its deviation
 
@@ -76,7 +70,7 @@ def constraint_vectors(nominal: NominalModel) -> Vectors:
     return vectors
 
 
-def vertex_constraints(nominal: NominalModel, *, shared_angle: float = SHARED_ANGLE) -> VertexConstraints:
+def vertex_constraints(nominal: NominalModel, *, shared_angle: float = TANGENT_ANGLE) -> VertexConstraints:
     """Solve the equations of all vertices, together for those with the same number of features."""
     samples, n = nominal.samples, nominal.surface.n_points
     vectors = constraint_vectors(nominal)

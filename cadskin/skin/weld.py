@@ -10,7 +10,7 @@ import numpy as np
 
 from cadskin._arrays import frozen
 from cadskin.shape.check import inverted_triangles
-from cadskin.skin._constraints import SHARED_ANGLE, VertexConstraints, vertex_constraints
+from cadskin.skin._constraints import VertexConstraints, vertex_constraints
 from cadskin.skin._spread import Spread, edge_spread, face_spread
 from cadskin.skin._unfold import unfold
 
@@ -58,7 +58,7 @@ _OPERATORS: WeakKeyDictionary[NominalModel, WeldOperator] = WeakKeyDictionary()
 def prepare_weld(nominal: NominalModel) -> WeldOperator:
     """Return the weld operator of a nominal model (kept as long as the model lives)."""
     if nominal not in _OPERATORS:
-        constraints = vertex_constraints(nominal, shared_angle=SHARED_ANGLE)
+        constraints = vertex_constraints(nominal)
         _OPERATORS[nominal] = WeldOperator(
             constraints,
             edge_spread(nominal, constraints.rank, constraints.free),
@@ -97,7 +97,8 @@ def weld(nominal: NominalModel, deviation: ArrayLike) -> Vectors:
     - The realised deviation is the component of the displacement along the nominal normal at the sample. On a
       plane it is the distance to the plane. On a curved face it is the distance to the face up to
       ``kappa t² / 2`` for a tangential shift t, kappa being the curvature in its direction.
-    - Features that meet under less than `SHARED_ANGLE` (10°) share the mean of their deviations there.
+    - Features that meet under less than 10° (`cadskin.shape.patches.TANGENT_ANGLE`) share the mean of their
+      deviations there.
     - Where four or more features meet with deviations that contradict each other, the sum of the squared
       residuals is least; `weld_report` tells both.
     - Without folds the displacement is linear in the deviation. Self-intersections are not looked for here;
