@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from builders import (
+from support.parts import (
     Line,
     Patch,
     assemble,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from builders import box, plate_with_hole, thin_wall
+from support.parts import box, plate_with_hole, thin_wall
 
 from cadskin.deviation import GaussianField, Paraboloid, WhiteNoise
 from cadskin.errors import Cancelled, DeviationError, GeometryError

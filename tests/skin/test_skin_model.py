@@ -8,7 +8,7 @@ import pickle
 
 import numpy as np
 import pytest
-from builders import box, plate_with_hole
+from support.parts import box, plate_with_hole
 
 from cadskin import __version__
 from cadskin.errors import GeometryError

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from builders import (
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from support.parts import (
     Arc,
     Line,
     bent_plate,
@@ -20,8 +22,6 @@ from builders import (
     thin_wall,
     wedge,
 )  # fmt: skip
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from cadskin.errors import GeometryError
 from cadskin.shape import smooth_patches, triangle_normals

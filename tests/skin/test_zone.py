@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from builders import box, filleted_box, pyramid
 from scipy import stats
+from support.parts import box, filleted_box, pyramid
 
 from cadskin.deviation import GaussianField, WhiteNoise
 from cadskin.errors import ConformityError, DeviationError, SpecificationError

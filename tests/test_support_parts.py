@@ -4,7 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from builders import box, cone, cylinder, filleted_box, plate_with_hole, pyramid, sphere, thin_wall, wedge
+from support.parts import (
+    box,
+    cone,
+    cylinder,
+    filleted_box,
+    plate_with_hole,
+    pyramid,
+    sphere,
+    thin_wall,
+    wedge,
+)
 
 from cadskin.shape.check import check_mesh
 from cadskin.shape.discrete import triangle_normals
