@@ -97,7 +97,11 @@ def command(
     time_limit: TimeLimit = 300.0,
     json: Json = False,
 ) -> None:
-    """Turn a CAD part into a part as it could be made: a closed mesh within its tolerance, and a picture."""
+    """Turn a CAD part into an as-made part: mesh and picture.
+
+    Every point of every face lies within +-T/2 of the nominal surface. A file with several solids gives one
+    mesh per solid, named OUT_part; --part picks one. The same --seed gives the same files.
+    """
     kind = check_target(output, format=format, source=path)
     positive(exaggeration, "--exaggeration", unit="times")
     request = Request(

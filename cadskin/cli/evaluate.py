@@ -14,7 +14,10 @@ def command(
     case: Annotated[Path, typer.Argument(help="JSON file of the case; its 'csv' entry names the points.")],
     json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
 ) -> None:
-    """Evaluate a characteristic of labelled points; the reference answer in the file is not read."""
+    """Evaluate a characteristic of labelled points.
+
+    The reference answer in the file is not read.
+    """
     from cadskin.verify import evaluate_case, read_case
 
     asked = read_case(case)

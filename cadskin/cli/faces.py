@@ -42,7 +42,10 @@ def command(
     csv: Annotated[bool, typer.Option("--csv", help="Comma-separated values.")] = False,
     time_limit: TimeLimit = 300.0,
 ) -> None:
-    """List the faces: index, feature, surface, area, centre, normal, radius, name, colour, STEP entity."""
+    """List the faces: surface, area, centre, normal, radius, name.
+
+    The number in the first column, the name, #entity and rules such as ">Z" or "%CYLINDER" pick faces.
+    """
     found = describe(path, time_limit=time_limit)
     chosen = [(one, _selected(one, select)) for one in _parts(found, part)]
     records = [_record(one, face) for one, faces in chosen for face in faces]

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def command(path: CadFile, json: Json = False, time_limit: TimeLimit = 300.0) -> None:
-    """Show solids, faces, areas, units and the tolerances (PMI) that the file carries."""
+    """Show solids, faces, areas, units and tolerances (PMI)."""
     found = describe(path, time_limit=time_limit)
     if json:
         print_json(_as_data(found))

@@ -35,6 +35,7 @@ COMMANDS = {
     "reference": "cadskin.cli.reference",
 }
 
+EXIT_USAGE = 2
 EXIT_DEFECT = 70
 EXIT_INTERRUPTED = 130
 EXIT_BROKEN_PIPE = 141
@@ -70,8 +71,8 @@ def build(names: Iterable[str]) -> typer.Typer:
         name="cadskin",
         help=cadskin.__doc__.splitlines()[0] if cadskin.__doc__ else None,
         add_completion=False,
-        no_args_is_help=True,
         pretty_exceptions_enable=False,
+        rich_markup_mode=None,  # help texts hold units in brackets, such as [mm]
         context_settings={"help_option_names": ["-h", "--help"]},
         epilog="Add --debug to any command to see where an error comes from.",
     )
@@ -81,18 +82,19 @@ def build(names: Iterable[str]) -> typer.Typer:
     return app
 
 
-def _options(
-    version: Annotated[
-        bool, typer.Option("--version", is_eager=True, callback=lambda asked: _show_version(asked))
-    ] = False,
-) -> None:
-    """As-manufactured parts from CAD: watertight meshes of a part as it could come off the machine."""
-
-
 def _show_version(asked: bool) -> None:
     if asked:
         typer.echo(f"cadskin {cadskin.__version__}")
         raise typer.Exit
+
+
+def _options(
+    version: Annotated[
+        bool,
+        typer.Option("--version", is_eager=True, callback=_show_version, help="Show the version and exit."),
+    ] = False,
+) -> None:
+    """As-manufactured parts from CAD: watertight meshes of a part as it could come off the machine."""
 
 
 def _without_debug(words: list[str]) -> tuple[list[str], bool]:
@@ -103,6 +105,9 @@ def _without_debug(words: list[str]) -> tuple[list[str], bool]:
 
 def _run(words: list[str]) -> int:
     """Run without catching anything that is not about the request."""
+    if not words:
+        _run(["--help"])
+        return EXIT_USAGE
     asked = next((word for word in words if not word.startswith("-")), None)
     app = build([asked] if asked in COMMANDS else COMMANDS)
     result = app(words, prog_name="cadskin", standalone_mode=False)

@@ -42,7 +42,10 @@ def command(
     time_limit: TimeLimit = 300.0,
     json: Json = False,
 ) -> None:
-    """Write the perfect part as a closed mesh, every triangle labelled with its face."""
+    """Write the perfect part as a closed, labelled mesh.
+
+    Every triangle knows its face (PLY, VTU, OBJ, NPZ). Several solids give one file each, named OUT_part.
+    """
     kind = check_target(output, format=format, source=path)
     models = discretise(
         path,

@@ -26,7 +26,10 @@ def command(
     outliers: Annotated[int, typer.Option(help="Points off the surface, under a label of their own.")] = 0,
     seed: Annotated[int | None, typer.Option(help="Same seed, same sets.")] = None,
 ) -> None:
-    """Write point sets with a prescribed minimum-zone value, exact to 1e-12 mm, and their answers."""
+    """Write point sets with a prescribed minimum-zone value.
+
+    The value is exact to 1e-12 mm; each set comes with its answer.
+    """
     import numpy as np
 
     from cadskin.errors import SpecificationError

@@ -28,16 +28,29 @@ def command(
         Path | None,
         typer.Option("--output", "-o", metavar="FILE", help="Write the spec file there.", show_default=False),
     ] = None,
+    on: Annotated[
+        Path | None,
+        typer.Option(
+            "--on",
+            metavar="PART",
+            help="Put a spec file onto this export of the part: faces are found again by what they are.",
+            show_default=False,
+        ),
+    ] = None,
     part: Part = None,
     time_limit: TimeLimit = 300.0,
-) -> None:
-    """Show the tolerances of a part: as a spec file to edit (TOML), --table or --json.
+) -> int:
+    """Show the tolerances of a part as a spec file to edit.
 
-    What could not be tied to faces is listed with its reason; nothing is left out silently.
+    What could not be tied to faces is listed with its reason; nothing is left out silently. With --on, exit code
+    1 says that some faces were not found again.
     """
     if table and json:
         raise SpecificationError("--table and --json exclude each other: give one of them")
     spec = _read(path, part, time_limit)
+    refused = 0
+    if on is not None:
+        spec, refused = _reattached(spec, on, part, time_limit)
     if output is not None:
         from cadskin.spec import write_spec
 
@@ -51,6 +64,7 @@ def command(
     if not table and not json:
         for item in spec.unresolved:
             note(f"{path.name} {item.entity} ({item.kind}) is unresolved: {item.reason}")
+    return 1 if refused else 0
 
 
 def _read(path: Path, part: str | None, time_limit: float) -> Specification:
@@ -63,6 +77,25 @@ def _read(path: Path, part: str | None, time_limit: float) -> Specification:
     limit = None if time_limit == 0 else positive(time_limit, "--time-limit", unit="seconds")
     with status(f"reading {path.name}"):
         return read_pmi(path, part, time_limit=limit)
+
+
+def _reattached(
+    spec: Specification, path: Path, part: str | None, time_limit: float
+) -> tuple[Specification, int]:
+    """Return the specification on another export, and how many faces were not found again."""
+    from cadskin.cli._reading import describe
+    from cadskin.spec import reattach
+
+    found = describe(path, time_limit=time_limit)
+    result = reattach(spec, {one.name: one.faces for one in found.parts if part in (None, one.name)})
+    for name, old, new in result.moved:
+        note(
+            f"face {old}{f' of {name}' if name else ''} has moved or changed its outline; it is face {new} now"
+        )
+    for reason in result.refused:
+        note(f"{path.name}: {reason}")
+    note(f"{len(result.spec.fingerprints)} faces found again, {result.renumbered} with another number")
+    return result.spec, len(result.refused)
 
 
 def _print_tables(spec: Specification) -> None:

@@ -46,6 +46,17 @@ def test_help_lists_every_command():
     assert all(name in done.stdout for name in cli.COMMANDS)
 
 
+def test_no_word_at_all_shows_the_help():
+    done = run()
+    assert done.returncode == 2
+    assert done.stdout == run("--help").stdout
+    assert done.stderr == ""
+
+
+def test_help_of_the_program_cuts_no_command_short():
+    assert "..." not in run("--help").stdout.partition("Commands:")[2]
+
+
 @pytest.mark.parametrize("name", sorted(cli.COMMANDS))
 def test_every_command_has_help(name):
     done = run(name, "--help")
