@@ -13,21 +13,53 @@ from cadskin.deviation.base import (
     register,
 )
 from cadskin.deviation.field import GaussianField
-from cadskin.deviation.forms import Paraboloid
+from cadskin.deviation.forms import (
+    Cone,
+    Cylinder,
+    Ellipsoid,
+    Paraboloid,
+    Quadric,
+    Saddle,
+    Sphere,
+    biconic_sag,
+    morph,
+)
+from cadskin.deviation.given import FromArray, FromFE, FromFunction, Towards
 from cadskin.deviation.kernels import correlation
 from cadskin.deviation.noise import WhiteNoise
+from cadskin.deviation.rigid import Bend, Shift, SizeOffset, Taper, Thermal, Tilt, Torsor, Twist
 
 __all__ = [
+    "Bend",
+    "Cone",
+    "Cylinder",
     "DeviationModel",
+    "Ellipsoid",
+    "FromArray",
+    "FromFE",
+    "FromFunction",
     "GaussianField",
     "Paraboloid",
+    "Quadric",
+    "Saddle",
     "Sampler",
     "ScaledModel",
+    "Shift",
+    "SizeOffset",
+    "Sphere",
     "SumModel",
+    "Taper",
+    "Thermal",
+    "Tilt",
+    "Torsor",
+    "Towards",
+    "Twist",
     "WhiteNoise",
+    "biconic_sag",
     "correlation",
     "from_dict",
     "model_class",
     "model_names",
+    "morph",
     "register",
 ]

@@ -136,7 +136,7 @@ def is_thin(patch: PatchPoints, length: float) -> bool:
 
 
 def _opposite_points(patch: PatchPoints, chosen: Ints, length: float) -> tuple[Ints, Floats]:
-    """Nearest point with a normal turned away from that of each chosen point, and its distance (inf: none)."""
+    """Nearest point with a normal turned away from that of each chosen point, its distance (inf: none)."""
     tree = cKDTree(patch.points)
     nearest = np.zeros(len(chosen), dtype=np.int64)
     distance = np.full(len(chosen), np.inf)

@@ -186,7 +186,7 @@ class DeviationModel(ABC):
 
     def __str__(self) -> str:
         units = {f.name: f.metadata.get("unit", "") for f in fields(self)}  # type: ignore[arg-type]
-        inside = ", ".join(f"{key}={_text(value, units[key])}" for key, value in self.parameters().items())
+        inside = ", ".join(f"{key}={_text(getattr(self, key), units[key])}" for key in self.parameters())
         return f"{type(self).__name__}({inside})"
 
     __repr__ = __str__

@@ -1,0 +1,265 @@
+"""Deviations that come from outside: a function, an array, a finite element result, an ideal surface."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from cadskin._arrays import frozen
+from cadskin.deviation._parameters import finite
+from cadskin.deviation.base import MM, DeviationModel, FixedSampler, register
+from cadskin.errors import DeviationError
+from cadskin.shape.ideal import Cone, Cylinder, IdealSurface, Plane, Sphere, Torus
+
+if TYPE_CHECKING:
+    from cadskin._typing import Floats, Points, Vectors
+    from cadskin.deviation.base import Sampler
+    from cadskin.shape import Feature, NominalModel
+
+__all__ = ["FromArray", "FromFE", "FromFunction", "Towards", "distance_along_normals"]
+
+
+@register
+@dataclass(frozen=True, eq=False, repr=False)
+class FromFunction(DeviationModel):
+    """A deviation given by a function of the nominal points.
+
+    Parameters
+    ----------
+    function : callable
+        Gets points (k, 3) [mm] and unit normals (k, 3) of one feature, returns deviations (k,) [mm].
+
+    Raises
+    ------
+    DeviationError
+        What the function returns is no (k,) array of finite numbers; the message names the feature.
+    """
+
+    name: ClassVar[str] = "function"
+    function: Callable[[Points, Vectors], Any]
+
+    def prepare(self, nominal: NominalModel, features: Sequence[Feature] | None = None) -> Sampler:
+        """Call the function once for each feature."""
+        values = np.zeros(nominal.n_samples)
+        for feature in nominal.features if features is None else features:
+            found = np.asarray(self.function(feature.points, feature.normals), dtype=np.float64)
+            if found.shape not in ((), (feature.n_points,)) or not np.isfinite(found).all():
+                raise DeviationError(
+                    f"FromFunction: on {feature.name} the function returned an array of shape {found.shape} "
+                    f"or NaN; it must return {feature.n_points} finite numbers"
+                )
+            values[feature.rows] = found
+        return FixedSampler(values)
+
+    def parameters(self) -> dict[str, Any]:
+        """Refuse: a Python function cannot be written to a file."""
+        raise DeviationError("FromFunction cannot be written to a file; sample it and use FromArray")
+
+    def __str__(self) -> str:
+        return f"FromFunction({getattr(self.function, '__name__', 'function')})"
+
+    __repr__ = __str__
+
+    def __hash__(self) -> int:
+        return hash(self.function)
+
+
+@register
+@dataclass(frozen=True, eq=False, repr=False)
+class FromArray(DeviationModel):
+    """Deviations given as numbers, one per feature sample.
+
+    Parameters
+    ----------
+    values : (n_c,) float or (N, n_c) float
+        [mm]. Of several rows each sample takes one at random.
+    """
+
+    name: ClassVar[str] = "array"
+    values: Floats = field(metadata=MM)
+
+    def __post_init__(self) -> None:
+        """Check and freeze."""
+        shape = (None,) if np.ndim(self.values) == 1 else (None, None)
+        object.__setattr__(self, "values", frozen(self.values, shape=shape, name="FromArray: values"))
+        if not self.values.size:
+            raise DeviationError("FromArray: values is empty")
+
+    def prepare(self, nominal: NominalModel, features: Sequence[Feature] | None = None) -> Sampler:
+        """Check the length against the part."""
+        del features
+        if self.values.shape[-1] != nominal.n_samples:
+            raise DeviationError(
+                f"FromArray: {self.values.shape[-1]} values, the part has {nominal.n_samples} feature samples"
+            )
+        return FixedSampler(self.values) if self.values.ndim == 1 else _ResamplingSampler(self.values)
+
+    def __str__(self) -> str:
+        return f"FromArray(<{' x '.join(map(str, self.values.shape))} values> mm)"
+
+    __repr__ = __str__
+
+
+class _ResamplingSampler(FixedSampler):
+    """A row drawn at random, with replacement."""
+
+    def __init__(self, rows: Floats) -> None:
+        super().__init__(rows[0])
+        self.rows = rows
+
+    def fill(self, seeds: Sequence[np.random.SeedSequence], out: Floats) -> None:
+        """Draw one row for each seed."""
+        for target, seed in zip(out, seeds, strict=False):
+            target[:] = self.rows[np.random.default_rng(seed).integers(len(self.rows))]
+
+
+@register
+@dataclass(frozen=True, eq=False, repr=False)
+class FromFE(DeviationModel):
+    """Displacements of the vertices of the nominal mesh, as a finite element run gives them: d = n . u.
+
+    Parameters
+    ----------
+    displacements : (n_points, 3) float
+        [mm].
+    """
+
+    name: ClassVar[str] = "fe"
+    displacements: Points = field(metadata=MM)
+
+    def __post_init__(self) -> None:
+        """Check and freeze."""
+        checked = frozen(self.displacements, shape=(None, 3), name="FromFE: displacements")
+        object.__setattr__(self, "displacements", checked)
+
+    def prepare(self, nominal: NominalModel, features: Sequence[Feature] | None = None) -> Sampler:
+        """Project on the normals."""
+        del features
+        if len(self.displacements) != nominal.surface.n_points:
+            raise DeviationError(
+                f"FromFE: {len(self.displacements)} displacements, "
+                f"the mesh has {nominal.surface.n_points} points"
+            )
+        moved = self.displacements[nominal.samples.vertex_ids]
+        return FixedSampler(np.einsum("ij,ij->i", nominal.samples.normals, moved))
+
+    def __str__(self) -> str:
+        return f"FromFE(<{len(self.displacements)} displacements> mm)"
+
+    __repr__ = __str__
+
+
+_SURFACES = {cls.kind: cls for cls in (Plane, Cylinder, Cone, Sphere, Torus)}
+
+
+@register
+@dataclass(frozen=True, eq=False, repr=False)
+class Towards(DeviationModel):
+    """The distance along the normals to another ideal surface, or a share of it (morphing).
+
+    Parameters
+    ----------
+    target : Plane, Cylinder, Cone, Sphere or Torus of `cadskin.shape`
+        Or a table ``{kind = "sphere", centre = [..], radius = ..}`` as in specification files.
+    share : float
+        1: the surface becomes the target; 0.5: half way.
+
+    Raises
+    ------
+    DeviationError
+        A normal does not meet the target; the message names the feature.
+
+    References
+    ----------
+    Zhang et al. 2013, doi:10.1177/0954405412466987, figure 3: h_i is the distance from p_i to its image q_i
+    along the vertex normal.
+    """
+
+    name: ClassVar[str] = "towards"
+    target: IdealSurface
+    share: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Make the surface from its table."""
+        if isinstance(self.target, Mapping):
+            table = dict(self.target)
+            kind = table.pop("kind", None)
+            if kind not in _SURFACES:
+                raise DeviationError(f"Towards: kind must be one of {', '.join(_SURFACES)}, got {kind!r}")
+            object.__setattr__(self, "target", _SURFACES[kind](**table))
+        if type(self.target) not in _SURFACES.values():
+            raise DeviationError(f"Towards: {type(self.target).__name__} is no surface with a distance")
+        object.__setattr__(self, "share", finite(self.share, "share", "", self))
+
+    def prepare(self, nominal: NominalModel, features: Sequence[Feature] | None = None) -> Sampler:
+        """Intersect the normals with the target."""
+        values = np.zeros(nominal.n_samples)
+        for feature in nominal.features if features is None else features:
+            found = distance_along_normals(feature.points, feature.normals, self.target)
+            if np.isnan(found).any():
+                raise DeviationError(
+                    f"Towards: {int(np.isnan(found).sum())} normals of {feature.name} do not meet the "
+                    f"{self.target.kind}; restrict the model with .on(...) or move the target"
+                )
+            values[feature.rows] = self.share * found
+        return FixedSampler(values)
+
+    def parameters(self) -> dict[str, Any]:
+        """Return the surface as a table."""
+        table: dict[str, Any] = {"kind": self.target.kind}
+        for item in fields(self.target):
+            value = getattr(self.target, item.name)
+            table[item.name] = value.tolist() if isinstance(value, np.ndarray) else value
+        return {"target": table} | ({} if self.share == 1.0 else {"share": self.share})
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Towards) and self.parameters() == other.parameters()
+
+    def __hash__(self) -> int:
+        return hash(str(self))
+
+
+def distance_along_normals(points: Points, normals: Vectors, surface: Any) -> Floats:
+    """Return the signed distance along the normals to the nearest crossing of a surface.
+
+    Newton's iteration on the distance function; a normal that does not meet the surface gives NaN.
+
+    Parameters
+    ----------
+    points, normals : (k, 3) float
+        [mm].
+    surface : Plane, Cylinder, Cone, Sphere or Torus
+
+    Returns
+    -------
+    (k,) float
+        [mm].
+
+    Examples
+    --------
+    >>> from cadskin.shape import Sphere
+    >>> point, normal = np.array([[0.0, 0, 0.5]]), np.array([[0.0, 0, 1]])
+    >>> distance_along_normals(point, normal, Sphere([0, 0, 0], 2.0)).round(9)
+    array([1.5])
+    """
+    found = -surface.distance(points) * np.sign(_slope(points, normals, surface, 0.0))
+    for _ in range(60):
+        value = surface.distance(points + found[:, None] * normals)
+        slope = _slope(points, normals, surface, found)
+        step = value / np.where(np.abs(slope) > 1e-9, slope, np.nan)
+        found = found - step
+        if not (np.abs(step) > 1e-13 * (1.0 + np.abs(found))).any():
+            break
+    missed = ~(np.abs(surface.distance(points + found[:, None] * normals)) < 1e-9 * (1.0 + np.abs(found)))
+    return np.where(missed, np.nan, found)
+
+
+def _slope(points: Points, normals: Vectors, surface: Any, at: Any) -> Floats:
+    """Change of the distance along the normal, by central differences."""
+    step = 1e-6 * (1.0 + float(np.abs(points).max(initial=0.0)))
+    here = points + np.broadcast_to(at, len(points))[:, None] * normals
+    ahead, behind = surface.distance(here + step * normals), surface.distance(here - step * normals)
+    return np.asarray((ahead - behind) / (2 * step))
