@@ -42,8 +42,8 @@ def command(
 ) -> int:
     """Show the tolerances of a part as a spec file to edit.
 
-    What could not be tied to faces is listed with its reason; nothing is left out silently. With --on, exit code
-    1 says that some faces were not found again.
+    What could not be tied to faces is listed with its reason; nothing is left out silently. With --on, exit
+    code 1 says that some faces were not found again.
     """
     if table and json:
         raise SpecificationError("--table and --json exclude each other: give one of them")
@@ -89,9 +89,8 @@ def _reattached(
     found = describe(path, time_limit=time_limit)
     result = reattach(spec, {one.name: one.faces for one in found.parts if part in (None, one.name)})
     for name, old, new in result.moved:
-        note(
-            f"face {old}{f' of {name}' if name else ''} has moved or changed its outline; it is face {new} now"
-        )
+        place = f" of {name}" if name else ""
+        note(f"face {old}{place} has moved or changed its outline; it is face {new} now")
     for reason in result.refused:
         note(f"{path.name}: {reason}")
     note(f"{len(result.spec.fingerprints)} faces found again, {result.renumbered} with another number")

@@ -27,8 +27,9 @@ from cadskin.spec.constructors import (
 from cadskin.spec.datums import Datum, DatumModifier, DatumReference, DatumSystem, DatumTarget
 from cadskin.spec.dimension import Dimension
 from cadskin.spec.fits import fit_deviations, standard_tolerance
+from cadskin.spec.reattach import Reattachment, fingerprinted, reattach
 from cadskin.spec.selection import FeatureSelection, as_selection
-from cadskin.spec.specification import Specification, Unresolved
+from cadskin.spec.specification import FaceRecord, Specification, Unresolved
 from cadskin.spec.tolerance import Tolerance
 from cadskin.spec.toml_read import parse_spec, read_spec
 from cadskin.spec.toml_write import to_toml, write_spec
@@ -44,8 +45,10 @@ __all__ = [
     "DatumSystem",
     "DatumTarget",
     "Dimension",
+    "FaceRecord",
     "FeatureSelection",
     "Finding",
+    "Reattachment",
     "Specification",
     "Tolerance",
     "ToleranceZone",
@@ -59,6 +62,7 @@ __all__ = [
     "concentricity",
     "cylindricity",
     "distance",
+    "fingerprinted",
     "fit_deviations",
     "flatness",
     "line_profile",
@@ -67,6 +71,7 @@ __all__ = [
     "perpendicularity",
     "position",
     "read_spec",
+    "reattach",
     "roundness",
     "size",
     "standard_tolerance",

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from cadskin.errors import SelectionError, SpecificationError
+from cadskin.shape.fingerprint import fingerprint
 from cadskin.shape.nominal import Face, Feature, NominalModel
 from cadskin.shape.selectors import select_faces
 from cadskin.spec.datums import Datum
@@ -24,6 +25,8 @@ class _Part:
     groups: tuple[tuple[int, ...], ...]
     features: tuple[Feature, ...]
 
+
+_STALE = 1e-3  # of the part's size
 
 Change: TypeAlias = Callable[[FeatureSelection, str], FeatureSelection]
 
@@ -71,6 +74,7 @@ def bind_faces(
         For selectors by feature name.
     """
     part = _Part(tuple(faces), tuple(tuple(group) for group in groups), tuple(features))
+    _refuse_stale(spec, part)
     bound = map_features(spec, lambda feature, label: _bound(feature, part, label))
     return Specification(
         *bound.tolerances,
@@ -79,8 +83,23 @@ def bind_faces(
         default=bound.default,
         unresolved=bound.unresolved,
         notes=bound.notes,
+        fingerprints=bound.fingerprints,
         checked=not spec.unresolved and all(not t.feature.step_faces for t in spec.tolerances),
     )
+
+
+def _refuse_stale(spec: Specification, part: _Part) -> None:
+    """Refuse face indices of another export: the fingerprints tell."""
+    extent = max((float(abs(face.bounds).max()) for face in part.faces), default=1.0)
+    for record in spec.fingerprints:
+        there = record.face < len(part.faces)
+        if there and record.fingerprint.distance(fingerprint(part.faces[record.face])) <= _STALE * extent:
+            continue
+        what = "has another shape or place" if there else "does not exist"
+        raise SpecificationError(
+            f"face {record.face} {what} in this part: the specification was written for another export; "
+            "put it onto this one with reattach() or `cadskin spec SPEC.toml --on PART.step`"
+        )
 
 
 def map_features(spec: Specification, change: Change) -> Specification:
@@ -107,14 +126,10 @@ def map_features(spec: Specification, change: Change) -> Specification:
             dimension, feature=change(dimension.feature, label), second=change(dimension.second, label)
         )
 
-    return Specification(
+    return spec.changed(
         *(of_tolerance(tolerance) for tolerance in spec.tolerances),
         datums=tuple(of_datum(datum) for datum in spec.datums),
         dimensions=tuple(of_dimension(dimension) for dimension in spec.dimensions),
-        default=spec.default,
-        unresolved=spec.unresolved,
-        notes=spec.notes,
-        checked=False,
     )
 
 

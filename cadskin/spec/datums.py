@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from math import isfinite
 from typing import Literal, TypeAlias, get_args
 
 from cadskin.errors import SpecificationError
@@ -45,6 +46,13 @@ class DatumModifier:
 
     name: str
     value: float | None = None
+
+    def __post_init__(self) -> None:
+        """Check that the value is finite."""
+        if self.value is not None and not isfinite(self.value):
+            raise SpecificationError(
+                f"datum modifier {self.name}: its value must be finite, got {self.value}"
+            )
 
     def text(self) -> str:
         """Return the name as `DatumSystem.parse` reads it, ``PROJECTED=20.0`` for one with a value."""
@@ -261,6 +269,10 @@ class DatumTarget:
             raise SpecificationError(
                 f"datum target {self.label}: kind {self.kind!r} is none of {', '.join(get_args(TargetKind))}"
             )
+        numbers = [self.length, self.width, self.diameter]
+        numbers += [x for vector in (self.origin, self.axis, self.direction) if vector for x in vector]
+        if not all(isfinite(number) for number in numbers if number is not None):
+            raise SpecificationError(f"datum target {self.label}: its numbers must be finite")
 
 
 @dataclass(frozen=True)

@@ -17,9 +17,10 @@ from cadskin.spec.tolerance import Tolerance
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from cadskin.shape.fingerprint import FaceFingerprint
     from cadskin.shape.nominal import NominalModel
 
-__all__ = ["Specification", "Unresolved"]
+__all__ = ["FaceRecord", "Specification", "Unresolved"]
 
 
 @dataclass(frozen=True)
@@ -40,6 +41,23 @@ class Unresolved:
     reason: str
 
 
+@dataclass(frozen=True)
+class FaceRecord:
+    """What a face was when the specification was written, to find it again; see `cadskin.spec.reattach`.
+
+    Parameters
+    ----------
+    part : str or None
+    face : int
+        Its index then.
+    fingerprint : FaceFingerprint
+    """
+
+    part: str | None
+    face: int
+    fingerprint: FaceFingerprint
+
+
 @dataclass(frozen=True, init=False)
 class Specification:
     """All tolerances of one part.
@@ -55,6 +73,8 @@ class Specification:
     unresolved : iterable of Unresolved
     notes : iterable of str
         Warnings of the reader; not compared.
+    fingerprints : iterable of FaceRecord
+        Of the faces it uses.
     checked : bool
         Refuse contradictions, and warn of what is probably not meant.
 
@@ -77,6 +97,7 @@ class Specification:
     default: Tolerance | None = None
     unresolved: tuple[Unresolved, ...] = ()
     notes: tuple[str, ...] = field(default=(), compare=False)
+    fingerprints: tuple[FaceRecord, ...] = ()
 
     def __init__(
         self,
@@ -86,6 +107,7 @@ class Specification:
         default: Tolerance | None = None,
         unresolved: Iterable[Unresolved] = (),
         notes: Iterable[str] = (),
+        fingerprints: Iterable[FaceRecord] = (),
         checked: bool = True,
     ) -> None:
         listed = tuple(datums) if not isinstance(datums, Mapping) else _datums(datums)
@@ -96,6 +118,7 @@ class Specification:
             "default": default,
             "unresolved": tuple(unresolved),
             "notes": tuple(notes),
+            "fingerprints": tuple(fingerprints),
         }
         for key, value in values.items():
             object.__setattr__(self, key, value)
@@ -147,6 +170,22 @@ class Specification:
         from cadskin.spec.binding import bind
 
         return bind(self, nominal)
+
+    def changed(self, *tolerances: Tolerance, **values: Any) -> Specification:
+        """Return a copy with other tolerances and values, without checking it again."""
+        kept = {
+            key: getattr(self, key)
+            for key in ("datums", "dimensions", "default", "unresolved", "notes", "fingerprints")
+        }
+        return Specification(*(tolerances or self.tolerances), **{**kept, **values}, checked=False)
+
+    def with_fingerprints(self, records: Iterable[FaceRecord]) -> Specification:
+        """Return a copy with these fingerprints."""
+        return self.changed(fingerprints=tuple(records))
+
+    def with_unresolved(self, items: Iterable[Unresolved]) -> Specification:
+        """Return a copy with this list of what is unresolved."""
+        return self.changed(unresolved=tuple(items))
 
     def table(self) -> str:
         """Return a table of the frames, faces, units, sources and the unresolved list."""

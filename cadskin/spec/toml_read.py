@@ -10,13 +10,14 @@ from pathlib import Path
 from typing import Any, get_args
 
 from cadskin.errors import ReadError, SpecificationError
+from cadskin.shape.fingerprint import FaceFingerprint
 from cadskin.spec.characteristics import CHARACTERISTICS, characteristic
 from cadskin.spec.constructors import tolerance
 from cadskin.spec.datums import Datum, DatumTarget
 from cadskin.spec.dimension import Dimension, clean_sum
 from cadskin.spec.fits import fit_deviations
 from cadskin.spec.selection import Derived, FeatureSelection
-from cadskin.spec.specification import Specification, Unresolved
+from cadskin.spec.specification import FaceRecord, Specification, Unresolved
 from cadskin.spec.tolerance import Scope, Tolerance
 from cadskin.spec.toml_lines import locate
 from cadskin.spec.toml_table import SpecTable, Where
@@ -25,7 +26,7 @@ from cadskin.spec.zone import AreaUnit
 __all__ = ["parse_spec", "read_spec"]
 
 UNKNOWN = "?"
-_TOP = ("datums", "tolerances", "dimensions", "default", "unresolved")
+_TOP = ("datums", "tolerances", "dimensions", "default", "unresolved", "fingerprints")
 _FEATURE_KEYS = ("on", "faces", "step_faces", "groups", "derived", "part")
 _TOLERANCE_KEYS = (
     *_FEATURE_KEYS,
@@ -96,6 +97,7 @@ def parse_spec(text: str, *, name: str = "spec") -> Specification:
         dimensions=tuple(_dimension(item) for item in table.tables("dimensions")),
         default=_default(table),
         unresolved=tuple(_unresolved(item) for item in table.tables("unresolved")),
+        fingerprints=tuple(_fingerprint(item) for item in table.tables("fingerprints")),
         checked=False,
     )
     table.finish(known)
@@ -110,6 +112,7 @@ def _checked(spec: Specification) -> Specification:
         dimensions=spec.dimensions,
         default=spec.default,
         unresolved=spec.unresolved,
+        fingerprints=spec.fingerprints,
         checked=not spec.unresolved and not any(_from_step(item) for item in spec.tolerances),
     )
 
@@ -399,3 +402,15 @@ def _unresolved(item: SpecTable) -> Unresolved:
     )
     item.finish(("entity", "kind", "reason"))
     return found
+
+
+def _fingerprint(item: SpecTable) -> FaceRecord:
+    faces = item.indices("face")
+    numbers = {key: item.number(key) for key in ("area", "radius", "size")}
+    vectors = {key: item.numbers(key, 3) for key in ("centre", "normal", "axis")}
+    if len(faces) != 1 or numbers["area"] is None or vectors["centre"] is None or vectors["normal"] is None:
+        raise item.error("a fingerprint needs face, area, centre and normal")
+    kind, internal, part = item.text("kind", "other"), item.flag("internal"), item.text("part")
+    item.finish(("face", "part", "kind", "internal", *numbers, *vectors))
+    values: dict[str, Any] = {"kind": kind, "internal": bool(internal), **numbers, **vectors}
+    return FaceRecord(part, faces[0], FaceFingerprint(**values))

@@ -17,7 +17,7 @@ from cadskin.spec.files import write_text_file
 from cadskin.spec.fits import fit_deviations
 from cadskin.spec.modifiers import TOLERANCE_MODIFIERS
 from cadskin.spec.selection import FeatureSelection
-from cadskin.spec.specification import Specification, _with_ids
+from cadskin.spec.specification import FaceRecord, Specification, _with_ids
 from cadskin.spec.tolerance import Tolerance
 from cadskin.spec.toml_read import UNKNOWN
 from cadskin.spec.zone import ToleranceZone
@@ -48,6 +48,9 @@ def to_toml(spec: Specification) -> str:
     parts.append(_array("dimensions", [_dimension(item) for item in spec.dimensions]))
     unresolved = [{"entity": u.entity, "kind": u.kind, "reason": u.reason} for u in spec.unresolved]
     parts.append(_array("unresolved", unresolved))
+    if spec.fingerprints:
+        parts.append("# What the faces looked like, to find them again after another export.\n")
+        parts[-1] += _array("fingerprints", [_fingerprint(record) for record in spec.fingerprints])
     if spec.datums:
         lines = [f"{_key(datum.letter)} = {_datum(datum)}" for datum in spec.datums]
         parts.append("[datums]\n" + "\n".join(lines) + "\n")
@@ -271,4 +274,20 @@ def _dimension_limits(item: Dimension, scale_back: Any) -> dict[str, Any]:
     return {
         "lower": None if item.lower is None else scale_back(item.lower),
         "upper": None if item.upper is None else scale_back(item.upper),
+    }
+
+
+def _fingerprint(record: FaceRecord) -> dict[str, Any]:
+    found = record.fingerprint
+    return {
+        "face": record.face,
+        "part": record.part,
+        "kind": found.kind,
+        "internal": True if found.internal else None,
+        "area": found.area,
+        "centre": found.centre,
+        "normal": found.normal,
+        "axis": found.axis,
+        "radius": found.radius,
+        "size": found.size,
     }

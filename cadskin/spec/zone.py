@@ -23,7 +23,9 @@ class AreaUnit:
     second: float | None = None
 
     def __post_init__(self) -> None:
-        """Check the shape."""
+        """Check the shape and that the sizes are finite."""
+        if not all(isfinite(size) for size in (self.size, self.second) if size is not None):
+            raise SpecificationError("the sizes of an area per unit must be finite")
         if self.shape not in get_args(AreaShape):
             raise SpecificationError(
                 f"area per unit {self.shape!r} is none of {', '.join(get_args(AreaShape))}"

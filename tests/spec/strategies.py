@@ -6,6 +6,7 @@ from dataclasses import replace
 from hypothesis import strategies as st
 
 from cadskin.cad.pmi.derived import inferred_derived
+from cadskin.shape.fingerprint import FaceFingerprint
 from cadskin.spec import (
     CHARACTERISTICS,
     AreaUnit,
@@ -15,6 +16,7 @@ from cadskin.spec import (
     DatumSystem,
     DatumTarget,
     Dimension,
+    FaceRecord,
     FeatureSelection,
     Specification,
     Tolerance,
@@ -243,8 +245,22 @@ def file_specifications(draw):
     ]
     unresolved = draw(st.lists(st.builds(Unresolved, texts, texts, texts), min_size=1, max_size=2))
     default = draw(st.none() | tolerances(("plane",), []))
+    triple = st.tuples(signed, signed, signed)
+    prints = st.builds(
+        FaceFingerprint,
+        kind=st.sampled_from(["plane", "cone"]),
+        internal=st.booleans(),
+        area=lengths,
+        centre=triple,
+        normal=triple,
+        axis=st.none() | triple,
+        radius=maybe_length,
+        size=maybe_length,
+    )
+    records = st.lists(st.builds(FaceRecord, st.none() | texts, st.integers(0, 99), prints), max_size=2)
     return Specification(
         *changed,
+        fingerprints=draw(records),
         datums=spec.datums,
         dimensions=spec.dimensions,
         default=default,

@@ -11,7 +11,7 @@ from cadskin.spec import Specification, flatness, parse_spec, position, read_spe
 from cadskin.spec.toml_lines import locate
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=80, deadline=None)
 @given(file_specifications())
 def test_every_specification_round_trips(spec):
     text = to_toml(spec)
@@ -20,7 +20,7 @@ def test_every_specification_round_trips(spec):
     assert to_toml(again) == text
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(file_specifications())
 def test_every_key_has_the_line_it_stands_on(spec):
     text = to_toml(spec)

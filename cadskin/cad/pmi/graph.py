@@ -6,6 +6,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from math import isfinite
 
 from cadskin.cad.pmi.part21 import Part21File
 from cadskin.cad.pmi.tokens import Enumeration, Reference, Typed, Value
@@ -162,7 +163,9 @@ class PmiGraph:
             inner = value.values[0]
             if isinstance(inner, int | float) and not isinstance(inner, Reference):
                 unit = self.context_unit("angle" if "ANGLE" in value.name else "length")
-                return Measure(_in_mm_or_rad(inner, unit), float(inner), unit)
+                return (
+                    None if not isfinite(inner) else Measure(_in_mm_or_rad(inner, unit), float(inner), unit)
+                )
             value = inner
         if not isinstance(value, int):
             return None
@@ -170,7 +173,8 @@ class PmiGraph:
         if raw is None:
             return None
         unit = self.unit(raw[1]) if raw[1] is not None else self.context_unit("length")
-        return Measure(_in_mm_or_rad(raw[0], unit), raw[0], unit, self._item_name(int(value)))
+        number = _in_mm_or_rad(raw[0], unit)
+        return Measure(number, raw[0], unit, self._item_name(int(value))) if isfinite(number) else None
 
     def _item_name(self, number: int) -> str:
         records = self.file.records(number)
@@ -204,7 +208,7 @@ class PmiGraph:
                 aspect = next(references(values[2:3]), None)
                 if aspect is not None:
                     aspect = self._defined(aspect)
-                    found[aspect].update(dict.fromkeys(references(values[4:])))
+                    found[aspect].update(dict.fromkeys(references(values[4:5])))
         return {aspect: list(items) for aspect, items in found.items()}
 
     def _defined(self, number: int) -> int:

@@ -13,7 +13,8 @@ from cadskin.cad.pmi.read import specification_of
 from cadskin.cad.pmi.selections import PartFaces
 from cadskin.cad.pmi.topology import FACES
 from cadskin.errors import CadskinError, CadskinWarning, GeometryError, ReadError
-from cadskin.shape.nominal import NominalModel
+from cadskin.shape.nominal import Face, NominalModel
+from cadskin.spec.reattach import fingerprinted
 from cadskin.spec.selection import FeatureSelection
 from cadskin.spec.specification import Specification, Unresolved
 
@@ -26,6 +27,7 @@ class _NumberedPart:
 
     name: str
     face_step_ids: tuple[int | None, ...]
+    faces: tuple[Face, ...] = ()
 
 
 def read_pmi(
@@ -64,7 +66,7 @@ def read_pmi(
     file = read_part21(path)
     if isinstance(part, NominalModel):
         numbers = tuple(face.step_id for face in part.faces)
-        return specification_of(file, [_NumberedPart(part.source.part or file.name, numbers)])
+        return _with_prints(file, [_NumberedPart(part.source.part or file.name, numbers, part.faces)])
     if part is not None and not isinstance(part, str):
         return specification_of(file, [part])
     without_faces = _text_only(file)
@@ -75,8 +77,15 @@ def read_pmi(
     except CadskinError as error:
         reason = f"the faces have no indices, only STEP numbers: {error}"
         warnings.warn(f"{file.name}: {reason}", CadskinWarning, stacklevel=2)
-        return _with_unresolved(without_faces, Unresolved("file", "file", reason))
-    return specification_of(file, parts) if part is None else _of_part(file, parts, part)
+        return without_faces.with_unresolved((*without_faces.unresolved, Unresolved("file", "file", reason)))
+    return _with_prints(file, parts) if part is None else _of_part(file, parts, part)
+
+
+def _with_prints(file: Part21File, parts: Sequence[_NumberedPart]) -> Specification:
+    spec = specification_of(file, parts)
+    for part in parts:
+        spec = fingerprinted(spec, part.faces, part=part.name if len(parts) > 1 else None)
+    return spec
 
 
 def _text_only(file: Part21File) -> Specification:
@@ -96,7 +105,10 @@ def _numbered_parts(path: Path, time_limit: float | None) -> list[_NumberedPart]
     from cadskin.cad.contained import contained_describe
 
     described = contained_describe(path, time_limit=time_limit)
-    return [_NumberedPart(part.name, tuple(face.step_id for face in part.faces)) for part in described.parts]
+    return [
+        _NumberedPart(part.name, tuple(face.step_id for face in part.faces), part.faces)
+        for part in described.parts
+    ]
 
 
 def _of_part(file: Part21File, parts: Sequence[_NumberedPart], name: str) -> Specification:
@@ -106,34 +118,24 @@ def _of_part(file: Part21File, parts: Sequence[_NumberedPart], name: str) -> Spe
         raise GeometryError(f"{file.name} has no part {name!r}; it has {names}")
     own = set(chosen[0].face_step_ids)
     others = {number for part in parts for number in part.face_step_ids} - own
-    spec = specification_of(file, chosen)
+    spec = _with_prints(file, chosen)
 
     def kept(items: Iterable[Any]) -> tuple[Any, ...]:
         return tuple(item for item in items if not _elsewhere(item.feature, own, others))
 
     left_out = [item.id for item in spec.tolerances if _elsewhere(item.feature, own, others)]
     notes = (f"{len(left_out)} tolerances belong to other parts of the file",) if left_out else ()
+    # The specification may lose all its tolerances here, so it is made anew.
     return Specification(
         *kept(spec.tolerances),
         datums=kept(spec.datums),
         dimensions=kept(spec.dimensions),
         unresolved=spec.unresolved,
         notes=(*spec.notes, *notes),
+        fingerprints=spec.fingerprints,
         checked=False,
     )
 
 
 def _elsewhere(feature: FeatureSelection, own: set[int | None], others: set[int | None]) -> bool:
     return not own.intersection(feature.step_faces) and bool(others.intersection(feature.step_faces))
-
-
-def _with_unresolved(spec: Specification, item: Unresolved) -> Specification:
-    return Specification(
-        *spec.tolerances,
-        datums=spec.datums,
-        dimensions=spec.dimensions,
-        default=spec.default,
-        unresolved=(*spec.unresolved, item),
-        notes=spec.notes,
-        checked=False,
-    )

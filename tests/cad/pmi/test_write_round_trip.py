@@ -88,7 +88,7 @@ def plain(spec):
 
 
 @pytest.mark.filterwarnings("ignore:.*mixes length units")
-@settings(max_examples=120, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=80, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(spec=specifications(KINDS))
 def test_the_data_model_round_trips_through_ap242(plate_file, spec):
     again, composer = written_and_read(spec, plate_file)
