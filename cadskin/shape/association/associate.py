@@ -12,11 +12,12 @@ from cadskin.errors import AssociationError
 from cadskin.shape.association import _kernels as kernels
 from cadskin.shape.association.bounds import hull_width, is_arc_open
 from cadskin.shape.association.constrained import constrained
-from cadskin.shape.association.least_squares import best_start, coarse_start, fit, principal_axes, start_poses
+from cadskin.shape.association.least_squares import fit, principal_axes
 from cadskin.shape.association.minimax import Minimax, Mode, minimax
 from cadskin.shape.association.models import SurfaceModel
 from cadskin.shape.association.packing import pack, pack_squares, slab_certificate
 from cadskin.shape.association.pose import Pose, frame_about
+from cadskin.shape.association.starts import best_start, coarse_start, start_poses
 
 if TYPE_CHECKING:
     from cadskin._typing import Floats, Points, Vectors
