@@ -241,14 +241,11 @@ def split_long(
 ) -> int:
     """Split sides longer than ``limit`` sizes, flipping around each; counts[2] tells that room ran out."""
     done = 0
-    t = 0
-    while t < counts[1]:
+    for t in range(counts[1]):  # not the new ones: the caller comes again, so the work of a call is bounded
         if triangles[t, 0] < 0:
-            t += 1
             continue
         i = longest_side(position, size, triangles, neighbours, locked, t, grid, placing, limit)
         if i < 0:
-            t += 1
             continue
         if counts[0] >= position.shape[0] or counts[1] + 2 > triangles.shape[0]:
             counts[2] = 1
@@ -259,7 +256,6 @@ def split_long(
         c = triangles[t, (i + 1) % 3]
         s = neighbours[t, i]
         if side_of(triangles, s, c, a) < 0:
-            t += 1
             continue
         position[m, 0] = 0.5 * (position[a, 0] + position[c, 0])
         position[m, 1] = 0.5 * (position[a, 1] + position[c, 1])

@@ -22,6 +22,7 @@ __all__ = ["mesh_shape"]
 
 Backend = Literal["cadskin", "gmsh", "pymeshlab"]
 TRIANGLE = math.sqrt(3.0) / 4.0  # area of the equilateral triangle of side 1
+GAP = 0.02  # of the edge length: a tolerance of the file worth telling
 CLOSE_ENOUGH = 0.1  # of the wanted number of points
 FLATTEST = -0.25  # slope of log N over log h below which a larger edge length helps no more
 
@@ -234,6 +235,11 @@ def _notes_of(part: Part, lengths: Floats, meshes: Any, found: MeshReport) -> li
         if mesh.domain.reprojected
     ]
     notes += [f"face {face}: bounds no material, left out" for face in sorted(part.topology.skipped)]
+    notes += [
+        f"edge {edge}: its curve misses its vertices by up to {curve.tolerance:.3g} mm"
+        for edge, curve in enumerate(part.curves)
+        if curve.tolerance > GAP * float(lengths.min())
+    ]
     if part.topology.ignored_edges:
         notes.append(f"{part.topology.ignored_edges} edges inside faces bound nothing and were left out")
     notes += [

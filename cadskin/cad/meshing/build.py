@@ -30,6 +30,7 @@ __all__ = ["Part", "build", "read_part", "slack"]
 MAX_REFINEMENTS = 3  # of the edges of a face that folds or crosses itself
 MAX_RESIZES = 3  # of a face whose area is off
 MAX_VOLUME_ROUNDS = 2
+MAX_WELDS = 8
 AREA_TOLERANCE = 0.015  # of a face, at edge lengths up to a hundredth of the diagonal
 VOLUME_TOLERANCE = 0.008
 MAX_TURN = math.radians(30.0)  # of a curved edge, per segment
@@ -306,12 +307,18 @@ def _fill(work: _Work, face: int) -> None:
 
 def _weld(work: _Work, deadline: float | None, progress: Progress | None) -> tuple[Assembly, list[FaceMesh]]:
     """Weld the face meshes; split chords and edges that more than two triangles share."""
-    for _ in range(6):
+    for attempt in range(MAX_WELDS):
         meshes = [work.meshes[face] for face in sorted(work.meshes)]
         assembly = assemble(work.part.curves, _present(work), work.part.topology.vertices, meshes)
         chords, edges = crowded_chords(assembly, meshes)
         if not chords and not edges:
             break
+        if attempt == MAX_WELDS // 2:  # splitting does not end: the polygons of these faces overlap
+            for position in sorted({chord[0] for chord in chords}):
+                face = meshes[position].index
+                work.problems.setdefault(face, "its boundary overlaps itself")
+                _fill(work, face)
+            continue
         for position in {chord[0] for chord in chords}:
             mesh = meshes[position]
             work.meshes[mesh.index] = split_chords(

@@ -11,7 +11,7 @@ import pythoncdt
 
 from cadskin._typing import Floats, Ints, Points, Triangles
 from cadskin.cad.meshing._space import flip_in_space, measure, node_normals
-from cadskin.cad.meshing.check import half_edge_twins
+from cadskin.cad.meshing.check import BOUNDARY, CROWDED, half_edge_twins
 from cadskin.cad.meshing.domain import Domain, FaceProblem
 from cadskin.cad.meshing.kernel import Metric, remesh
 from cadskin.cad.meshing.lattice import start_points
@@ -20,6 +20,7 @@ from cadskin.cad.surface import FaceSurface
 __all__ = ["FaceMesh", "mesh_face"]
 
 SMALLEST_SIZE = 0.04  # of the face's edge length
+SMALLEST_FOLD = 1e-3  # area over squared edge length
 _GRID = (17, 97)
 
 
@@ -98,7 +99,7 @@ def mesh_face(
         raise FaceProblem("the boundary polygon does not close", domain.segment_edges.tolist())
     sizes = np.full(len(nodes), target)
     sizes[:n_fixed] = np.maximum(domain.sizes, SMALLEST_SIZE * target)
-    position, triangles = remesh(
+    position, remeshed = remesh(
         nodes,
         sizes,
         n_fixed,
@@ -109,13 +110,36 @@ def mesh_face(
         target=target,
         capacity=int(min(1.3 * area / (0.866 * target**2), 4e6)) + 6 * n_fixed + 100,
     )
+    if _n_boundary_sides(remeshed, len(position)) != _n_outer_sides(domain):
+        # rounding on a degenerate polygon has spoilt the mesh: keep what the triangulation gave
+        position, remeshed = _without_unused(nodes, triangles, n_fixed)
     uv = position / scale + corner
     uv[:n_fixed] = domain.uv
-    return _evaluated(index, surface, domain, uv, position, triangles)
+    return _evaluated(index, surface, domain, uv, position, remeshed, target)
+
+
+def _n_boundary_sides(triangles: Triangles, n_nodes: int) -> int:
+    """Count the sides without a neighbour, -1 where a side has more than one."""
+    twin = half_edge_twins(triangles, n_nodes)
+    return -1 if (twin == CROWDED).any() else int((twin == BOUNDARY).sum())
+
+
+def _without_unused(nodes: Floats, triangles: Triangles, n_fixed: int) -> tuple[Floats, Triangles]:
+    """Drop inner nodes that no triangle uses."""
+    used = np.zeros(len(nodes), dtype=bool)
+    used[triangles] = True
+    used[:n_fixed] = True
+    return nodes[used], (np.cumsum(used) - 1)[triangles]
 
 
 def _evaluated(
-    index: int, surface: FaceSurface, domain: Domain, uv: Floats, position: Floats, triangles: Triangles
+    index: int,
+    surface: FaceSurface,
+    domain: Domain,
+    uv: Floats,
+    position: Floats,
+    triangles: Triangles,
+    target: float,
 ) -> FaceMesh:
     """Put a remeshed face onto its surface, mend what looks bad there, and measure it."""
     derivatives = finite_derivatives(surface, uv)
@@ -130,7 +154,7 @@ def _evaluated(
         twin = half_edge_twins(triangles, len(uv))
         flip_in_space(points, normals, names, position, triangles, twin)
     at_fold = np.zeros(len(uv), np.uint8)
-    area = measure(points, normals, names, triangles, at_fold)
+    area = measure(points, normals, names, triangles, SMALLEST_FOLD * target**2, at_fold)
     folded: tuple[int, ...] = ()
     if surface.kind != "plane" and at_fold[:n_fixed].any():
         touched = at_fold[domain.segments].any(axis=1)

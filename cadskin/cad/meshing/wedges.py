@@ -119,12 +119,18 @@ def _limit(surface: FaceSurface, mesh: FaceMesh, copies: Ints) -> tuple[Vectors,
 
 
 def _mesh_normal(assembly: Assembly, face: int, vertex: int) -> Vectors:
-    """Return the mean normal of the face's triangles round a vertex, as a stand-in."""
+    """Return the normal of the face's triangles round a vertex, weighted by their angles, as a stand-in."""
     rows = np.flatnonzero((assembly.face_ids == face) & (assembly.triangles == vertex).any(axis=1))
-    corners = assembly.points[assembly.triangles[rows]]
-    crosses = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    lengths = np.linalg.norm(crosses, axis=1, keepdims=True)
-    total = (crosses / np.where(lengths > 0, lengths, 1.0)).sum(axis=0)
+    triangles = assembly.triangles[rows]
+    place = (triangles == vertex).argmax(axis=1)
+    pick = np.arange(len(rows))
+    here = assembly.points[vertex]
+    first = assembly.points[triangles[pick, (place + 1) % 3]] - here
+    second = assembly.points[triangles[pick, (place + 2) % 3]] - here
+    crosses = np.cross(first, second)
+    lengths = np.linalg.norm(crosses, axis=1)
+    angles = np.arctan2(lengths, np.einsum("ni,ni->n", first, second))
+    total = (crosses * (angles / np.where(lengths > 0, lengths, 1.0))[:, None]).sum(axis=0)
     length = float(np.linalg.norm(total))
     return total / length if length > 0 else np.array([0.0, 0.0, 1.0])
 
