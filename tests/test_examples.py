@@ -16,6 +16,8 @@ NUMBERS = {
     "01_cadquery_plate": (0.05 - 1e-6, 0.05 + 1e-6),  # the paraboloid's height, mm
     "02_build123d_bracket": (0.98, 1.02),  # Steiner: volume over area times offset
     "03_step_to_skin": (0.25, 1.0),  # greatest deviation over half the tolerance: used, never exceeded
+    "10_pmi_cadquery": (4, 4),  # tolerances that come back from AP242 as they were written
+    "11_pmi_build123d": (8, 8),  # members of a pattern of four holes, in two segments
 }
 RUN = """
 import runpy, sys

@@ -37,6 +37,12 @@ def command(
             show_default=False,
         ),
     ] = None,
+    picture: Annotated[
+        Path | None,
+        typer.Option(
+            "--picture", metavar="PNG", help="Draw the faces of each tolerance.", show_default=False
+        ),
+    ] = None,
     part: Part = None,
     time_limit: TimeLimit = 300.0,
 ) -> int:
@@ -51,6 +57,8 @@ def command(
     refused = 0
     if on is not None:
         spec, refused = _reattached(spec, on, part, time_limit)
+    if picture is not None:
+        _draw(picture, spec, path if on is None else on, part, time_limit)
     if output is not None:
         from cadskin.spec import write_spec
 
@@ -59,7 +67,7 @@ def command(
         print_json(spec.to_dict())
     elif table:
         _print_tables(spec)
-    elif output is None:
+    elif output is None and picture is None:
         sys.stdout.write(spec.to_toml())
     if not table and not json:
         for item in spec.unresolved:
@@ -74,9 +82,8 @@ def _read(path: Path, part: str | None, time_limit: float) -> Specification:
         return read_spec(path)
     from cadskin.cad import read_pmi
 
-    limit = None if time_limit == 0 else positive(time_limit, "--time-limit", unit="seconds")
     with status(f"reading {path.name}"):
-        return read_pmi(path, part, time_limit=limit)
+        return read_pmi(path, part, time_limit=_limit(time_limit))
 
 
 def _reattached(
@@ -95,6 +102,23 @@ def _reattached(
         note(f"{path.name}: {reason}")
     note(f"{len(result.spec.fingerprints)} faces found again, {result.renumbered} with another number")
     return result.spec, len(result.refused)
+
+
+def _draw(picture: Path, spec: Specification, path: Path, part: str | None, time_limit: float) -> None:
+    from cadskin.cad import contained_nominals
+    from cadskin.cli._spec_picture import draw_tolerances
+
+    if path.suffix.lower() == ".toml":
+        raise SpecificationError("--picture needs the part: give it with --on PART.step")
+    options = {"allow_open": True} if part is None else {"allow_open": True, "part": part}
+    with status(f"meshing {path.name}"):
+        models = contained_nominals(path, options, time_limit=_limit(time_limit))
+    bound = spec if any(t.feature.faces for t in spec) or len(models) > 1 else spec.bind(models[0])
+    note(f"wrote {draw_tolerances(picture, bound, models)}")
+
+
+def _limit(seconds: float) -> float | None:
+    return None if seconds == 0 else positive(seconds, "--time-limit", unit="seconds")
 
 
 def _print_tables(spec: Specification) -> None:

@@ -105,6 +105,24 @@ def test_bad_inputs_get_one_clear_line(capsys, tmp_path, name, content, code, me
     assert len(err.strip().splitlines()) == 1
 
 
+@pytest.mark.slow
+def test_a_picture_has_a_tile_for_each_tolerance(capsys, plate, tmp_path):
+    picture = tmp_path / "plate.png"
+    code, _, err = run(capsys, "spec", plate, "--picture", picture)
+    assert code == 0
+    assert f"wrote {picture}" in err
+    width, height = (int.from_bytes(picture.read_bytes()[i : i + 4], "big") for i in (16, 20))
+    assert (width, height) in ((1280, 480), (640, 960))
+
+
+def test_a_picture_needs_the_part(capsys, plate, tmp_path):
+    file = tmp_path / "plate.spec.toml"
+    cs.read_pmi(plate).save(file)
+    code, _, err = run(capsys, "spec", file, "--picture", tmp_path / "no.png")
+    assert code == 2
+    assert "--on PART.step" in err
+
+
 def test_table_and_json_exclude_each_other(capsys, plate):
     code, _, err = run(capsys, "spec", plate, "--table", "--json")
     assert code == 2
