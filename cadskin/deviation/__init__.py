@@ -24,6 +24,7 @@ from cadskin.deviation.forms import (
     biconic_sag,
     morph,
 )
+from cadskin.deviation.gibbs import Gibbs
 from cadskin.deviation.given import FromArray, FromFE, FromFunction, Towards
 from cadskin.deviation.kernels import correlation
 from cadskin.deviation.noise import WhiteNoise
@@ -39,6 +40,7 @@ __all__ = [
     "FromFE",
     "FromFunction",
     "GaussianField",
+    "Gibbs",
     "Paraboloid",
     "Quadric",
     "Saddle",

@@ -16,7 +16,7 @@ import numpy as np
 from numba import float32, int32, njit, uint32, uint64
 from numpy.typing import NDArray
 
-__all__ = ["fill_normals", "padded_count", "philox4x32", "standard_normals"]
+__all__ = ["fill_normals", "fill_page", "padded_count", "philox4x32", "standard_normals", "stream_of"]
 
 _LANES = 256  # counters worked on together, so that the compiler can vectorise
 _GROUP = 4 * _LANES  # normals made from them
@@ -90,16 +90,17 @@ def _radii(words: Any, mantissa: Any, exponent: Any, row: Any) -> None:
 
 
 @njit(fastmath=True, cache=True, nogil=True)
-def _fill(key: Any, stream: Any, out: Any) -> None:
-    """Fill ``out`` (length a multiple of `_GROUP`) with normals of one stream."""
+def _fill(key: Any, stream: Any, page: Any, out: Any) -> None:
+    """Fill ``out`` (length a multiple of `_GROUP`) with normals of one page of a stream."""
     words = np.zeros((4, _LANES), dtype=np.uint32)
     mantissa = words.view(np.float32)
     radius = np.zeros(_LANES, dtype=np.float32)
     k0, k1, c2, c3 = uint64(key[0]), uint64(key[1]), uint64(stream[0]), uint64(stream[1])
+    c1 = uint64(page)
     for block in range(out.size // _GROUP):
         first = uint32(block * _LANES)
         for i in range(_LANES):
-            w0, w1, w2, w3 = _rounds(uint64(uint32(first + uint32(i))), uint64(0), c2, c3, k0, k1)
+            w0, w1, w2, w3 = _rounds(uint64(uint32(first + uint32(i))), c1, c2, c3, k0, k1)
             words[0, i] = uint32(w0)
             words[1, i] = uint32(w1)
             words[2, i] = uint32(w2)
@@ -153,6 +154,16 @@ def padded_count(count: int) -> int:
 
 def fill_normals(seeds: Sequence[np.random.SeedSequence], out: NDArray[np.float32]) -> None:
     """Fill the first rows of ``out`` (>= len(seeds), `padded_count`), one per seed, with normals."""
-    for row, seed in zip(out, seeds, strict=False):
-        state = seed.generate_state(4, np.uint32)
-        _fill(state[:2], state[2:], row)
+    fill_page([stream_of(seed) for seed in seeds], 0, out)
+
+
+def stream_of(seed: np.random.SeedSequence, number: int = 0) -> NDArray[np.uint32]:
+    """Return key and counter words (4,) of stream ``number`` of a seed."""
+    words = seed.generate_state(4 * (number + 1), np.uint32)
+    return np.asarray(words[4 * number :], dtype=np.uint32)
+
+
+def fill_page(states: Sequence[NDArray[np.uint32]], page: int, out: NDArray[np.float32]) -> None:
+    """Fill rows with one page of the streams of generated states (4,); page 0 is that of `fill_normals`."""
+    for row, state in zip(out, states, strict=False):
+        _fill(state[:2], state[2:], page, row)

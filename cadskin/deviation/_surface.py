@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from scipy.sparse import dia_array
+from scipy.sparse import csr_array, dia_array
 
 from cadskin.deviation._cholesky import SparseCholesky
 from cadskin.deviation._kriging import coarse_points, kriging_interpolation
@@ -91,6 +91,7 @@ class SurfaceField(PatchField):
         matrix = cotangent_laplacian(points, triangles) * pole
         diagonal = mass + _ROBIN * pole * boundary_mass(points, triangles)
         matrix = (matrix + dia_array((diagonal[None], [0]), shape=matrix.shape)).tocsr()
+        self.matrix, self.lumped = matrix, mass
         self.solver = SparseCholesky(matrix, points)
         self.order = self.solver.order
         self.mass = mass[self.order].astype(np.float32)[:, None]
@@ -109,6 +110,13 @@ class SurfaceField(PatchField):
         values = columns_of(noise)
         values /= np.sqrt(self.mass)
         rows_of(self._coloured(values) * self.scale, self.order, out)
+
+    def precision(self) -> csr_array:
+        """Return the precision matrix (n, n) of the unit field, for kernel ``whittle``: a sparse matrix."""
+        scale = np.zeros(self.latent)
+        scale[self.order] = self.scale[:, 0]
+        left = self.matrix.multiply(1.0 / scale[:, None]).tocsr()
+        return csr_array(left @ left.multiply(1.0 / self.lumped[None, :]).T)
 
     def _coloured(self, values: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return p(A) of columns (n, COLUMNS) in the order of the factor, A = (C + g G)^-1 C."""
