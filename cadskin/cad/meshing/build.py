@@ -20,7 +20,7 @@ from cadskin.cad.meshing.edges import EdgeCurve, EdgeSamples, read_edge, sample_
 from cadskin.cad.meshing.exact import box_diagonal, face_properties, shape_volume
 from cadskin.cad.meshing.face import FaceMesh, mesh_face
 from cadskin.cad.meshing.fallback import fill_from_boundary
-from cadskin.cad.meshing.repair import crowded_chords, split_chords
+from cadskin.cad.meshing.repair import crowded_chords, separate_fans, split_chords
 from cadskin.cad.meshing.topology import Topology, forward_face, read_topology
 from cadskin.cad.surface import FaceSurface, face_surface
 from cadskin.errors import MeshingError
@@ -129,6 +129,9 @@ def build(
         todo = _faces_for_volume(work, assembly)
         if not todo:
             break
+    assembly, meshes, pinched = separate_fans(assembly, meshes)
+    if pinched:
+        work.notes.append(f"{pinched} vertices where the shape touches itself were doubled")
     return assembly, meshes, work.notes
 
 

@@ -92,18 +92,23 @@ def half_edge_twins(triangles: Any, n_points: int) -> Any:
 
 
 @kernel
-def count_fans(triangles: Any, twin: Any, n_points: int) -> Any:
-    """Return the number of edge-connected fans of triangles at each vertex (0 for an unused one)."""
+def count_fans(triangles: Any, twin: Any, n_points: int, fan_of: Any) -> Any:
+    """Return the number of edge-connected fans of triangles at each vertex (0 for an unused one).
+
+    ``fan_of`` (3 m,) receives the number of the fan that each corner belongs to, at its vertex.
+    """
     m = triangles.shape[0]
     fans = np.zeros(n_points, np.int64)
     seen = np.zeros(3 * m, np.uint8)
     for h in range(3 * m):  # the corner at the start of half-edge h
         if seen[h]:
             continue
+        fan = fans[triangles[h // 3, h % 3]]
         fans[triangles[h // 3, h % 3]] += 1
         g = h
         while g >= 0 and not seen[g]:  # counter-clockwise: across the side that ends in the vertex
             seen[g] = 1
+            fan_of[g] = fan
             g = twin[g // 3 * 3 + (g % 3 + 2) % 3]
         g = twin[h]  # and clockwise
         while g >= 0:
@@ -111,6 +116,7 @@ def count_fans(triangles: Any, twin: Any, n_points: int) -> Any:
             if seen[g]:
                 break
             seen[g] = 1
+            fan_of[g] = fan
             g = twin[g]
     return fans
 
@@ -125,7 +131,7 @@ def check_mesh(points: Points, triangles: Triangles, face_ids: Ints) -> MeshRepo
     True
     """
     twin = half_edge_twins(triangles, len(points))
-    fans = count_fans(triangles, twin, len(points))
+    fans = count_fans(triangles, twin, len(points), np.zeros(len(twin), np.int64))
     pinched = np.flatnonzero(fans > 1)
     by_triangle = twin.reshape(-1, 3)
     crowded = (by_triangle == CROWDED).any(axis=1)

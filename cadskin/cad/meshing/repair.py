@@ -9,10 +9,10 @@ import numpy as np
 
 from cadskin._typing import Ints
 from cadskin.cad.meshing.assemble import Assembly
-from cadskin.cad.meshing.check import CROWDED, half_edge_twins
+from cadskin.cad.meshing.check import CROWDED, count_fans, half_edge_twins
 from cadskin.cad.meshing.face import FaceMesh
 
-__all__ = ["crowded_chords", "split_chords"]
+__all__ = ["crowded_chords", "separate_fans", "split_chords"]
 
 Chord = tuple[int, int, int]  # position of the face mesh, lower and higher local node
 
@@ -101,3 +101,43 @@ def split_chords(mesh: FaceMesh, sides: Sequence[tuple[int, int]]) -> FaceMesh:
         derivatives=np.concatenate(derivatives),
         triangles=np.concatenate([kept, np.array(added)]),
     )
+
+
+def separate_fans(assembly: Assembly, meshes: Sequence[FaceMesh]) -> tuple[Assembly, list[FaceMesh], int]:
+    """Give each fan of triangles at a pinched vertex a vertex of its own, in the same place.
+
+    Two parts of a shape that touch in one point are then closed each. Returns the number of such vertices.
+    """
+    triangles = assembly.triangles
+    twin = half_edge_twins(triangles, len(assembly.points))
+    fan_of = np.zeros(len(twin), np.int64)
+    pinched = count_fans(triangles, twin, len(assembly.points), fan_of) > 1
+    moved = np.flatnonzero((fan_of > 0) & pinched[triangles.ravel()])
+    if not len(moved) or (twin == CROWDED).any():
+        return assembly, list(meshes), 0
+    old = triangles.ravel()[moved]
+    pairs, inverse = np.unique(np.stack([old, fan_of[moved]], axis=1), axis=0, return_inverse=True)
+    corners = triangles.ravel().copy()
+    corners[moved] = len(assembly.points) + inverse.ravel()
+    new_triangles = corners.reshape(-1, 3)
+    points = np.concatenate([assembly.points, assembly.points[pairs[:, 0]]])
+    new_meshes, node_ids = [], []
+    for mesh, ids in zip(meshes, assembly.node_ids, strict=True):
+        used = np.unique(new_triangles[assembly.face_ids == mesh.index])
+        fresh = used[used >= len(assembly.points)]
+        origin = pairs[fresh - len(assembly.points), 0]
+        copies = np.array([int(np.flatnonzero(ids == vertex)[0]) for vertex in origin], dtype=np.int64)
+        kept = np.where(np.isin(ids, used), ids, -1)
+        node_ids.append(np.concatenate([kept, fresh]))
+        new_meshes.append(
+            replace(
+                mesh,
+                uv=np.concatenate([mesh.uv, mesh.uv[copies]]),
+                points=np.concatenate([mesh.points, mesh.points[copies]]),
+                derivatives=np.concatenate([mesh.derivatives, mesh.derivatives[copies]]),
+            )
+            if len(fresh)
+            else mesh
+        )
+    separated = Assembly(points, new_triangles, assembly.face_ids, assembly.rows, tuple(node_ids))
+    return separated, new_meshes, int(pinched.sum())

@@ -149,3 +149,16 @@ def test_surfaces_without_values_are_guarded():
 
     with pytest.raises(FaceProblem, match="no value"):
         finite_derivatives(Nowhere(), uv)
+
+
+def test_parts_that_touch_in_a_point_are_closed_each():
+    touching = cq.Workplane().box(4, 4, 4).union(cq.Workplane().box(4, 4, 4).translate((4, 4, 4))).val()
+    corner = [v for v in touching.Vertices() if v.Center().toTuple() == pytest.approx((2, 2, 2))]
+    assert len(corner) == 1
+    mesh = mesh_shape(touching.wrapped, edge_length=1.0)
+    assert mesh.closed
+    assert any("touches itself" in note for note in mesh.notes)
+    assert np.isclose(mesh.points, 2.0).all(axis=1).sum() == 2
+    assert trimesh.Trimesh(mesh.points, mesh.triangles, process=False).volume == pytest.approx(128.0)
+    pairs = np.unique(np.stack([np.repeat(mesh.face_ids, 3), mesh.triangles.ravel()], axis=1), axis=0)
+    np.testing.assert_array_equal(np.stack([mesh.wedge_faces, mesh.wedge_vertices], axis=1), pairs)
