@@ -240,9 +240,12 @@ class _PatchChain:
             x = np.clip(x, self.low[:, None], self.high[:, None])
         watched = np.unique(np.linspace(0, n - 1, _MONITORED).astype(int))
         kept: list[NDArray[Any]] = []
+        per_page = noise.shape[1] // n  # a page of numbers serves several sweeps of a small patch
         for number in range(sweeps):
-            fill_page(streams, number, noise)
-            self._sweep(noise, x)
+            page, part = divmod(number, per_page)
+            if part == 0:
+                fill_page(streams, page, noise)
+            self._sweep(noise[:, part * n : (part + 1) * n], x)
             if number >= burn_in and (number - burn_in) % thinning == 0:
                 kept.append(np.concatenate([x.mean(axis=0, keepdims=True), x[watched]]))
         names = ["mean", *(f"point {i}" for i in watched)]

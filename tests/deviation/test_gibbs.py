@@ -61,7 +61,7 @@ def test_truncated_law_against_rejection(part):
     exact = GaussianField(SIGMA, 4.0, "whittle", metric="surface").sample(small, size=60_000, rng=4)
     truth = exact[(np.abs(exact) <= limit).all(axis=1)]
     assert len(truth) > 2000
-    drawn = Gibbs(SIGMA, 4.0, sweeps=800, lower=-limit, upper=limit).sample(small, size=2000, rng=5)
+    drawn = Gibbs(SIGMA, 4.0, sweeps=800, lower=-limit, upper=limit).sample(small, size=960, rng=5)
     assert np.abs(drawn).max() <= limit
     for column in range(0, small.n_samples, 3):
         assert stats.ks_2samp(truth[:, column], drawn[:, column]).pvalue > 1e-4
