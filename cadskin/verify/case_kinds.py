@@ -25,7 +25,7 @@ from cadskin.verify.median import median_line, median_points
 from cadskin.verify.orientation import OrientationCharacteristic, orientation
 from cadskin.verify.quantities import Wanted, normalised, read_quantity
 from cadskin.verify.runout import runout
-from cadskin.verify.size import global_size, local_diameters
+from cadskin.verify.size import global_size, local_diameters, rank
 
 __all__ = ["KINDS"]
 
@@ -108,7 +108,11 @@ def _element_size(
     kind = FORMS[characteristic].kind
     if wanted.what == "two point":
         diameters = local_diameters(points, options["section_normal"])
-        return Evaluation("size", float(diameters.mean()), "two-point size LP (mean)", True, len(points))
+        which = re.search(r"max|min", wanted.text.lower())
+        statistic = {"max": "SX", "min": "SN"}.get(which.group() if which else "", "SA")
+        return Evaluation(
+            "size", rank(diameters, statistic), f"two-point size LP {statistic}", True, len(points)
+        )
     criterion = {"LS": "G", "MZ": "C", "MC": "N", "MI": "X"}[reference]
     found = associate(points, kind, criterion, axis=options["axis"], section_normal=options["section_normal"])
     if wanted.what in ("angle", "half angle"):
@@ -141,7 +145,8 @@ def _filtered(case: Case, points: Points, normal: Vectors | None) -> Points:
             f"case {case.id}: filter {given} is not known; a Gaussian with cutoff_UPR is"
         )
     circle = associate(points, "circle", "least squares", section_normal=normal)
-    return filter_roundness(points, circle.pose.origin, circle.pose.axis, float(cutoff))
+    short = bool(re.search(r"short.wave|high.pass", kind))
+    return filter_roundness(points, circle.pose.origin, circle.pose.axis, float(cutoff), short_wave=short)
 
 
 def size_case(case: Case) -> Evaluation:
@@ -331,8 +336,8 @@ def coaxiality_case(case: Case) -> Evaluation:
     for key, feature, direction, total, circles in (
         ("circular_runout_radial", label, "radial", False, sections),
         ("total_runout_radial", label, "radial", True, None),
-        ("total_runout_axial_face", "face", "axial", True, None),
-        ("circular_runout_axial_face_max", "face", "axial", False, None),
+        ("total_runout_axial", "face", "axial", True, None),
+        ("circular_runout_axial", "face", "axial", False, None),
     ):
         if feature in case.features and frame.datums[0].kind == "cylinder":
             try:

@@ -42,6 +42,8 @@ class Evaluation:
     details : Mapping
         Further quantities by name; None where one does not exist.
     notes : tuple of str
+    verdict : bool, optional
+        Set where the decision is not ``value <= limit`` (a material requirement).
     """
 
     characteristic: str
@@ -55,6 +57,7 @@ class Evaluation:
     operations: tuple[str, ...] = ()
     details: Mapping[str, Any] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    verdict: bool | None = None
 
     def __post_init__(self) -> None:
         """Freeze the mappings."""
@@ -66,7 +69,9 @@ class Evaluation:
 
     @property
     def ok(self) -> bool | None:
-        """Whether the value is within the limit; None without a limit."""
+        """Whether the part conforms: the verdict, or the value within the limit; None without either."""
+        if self.verdict is not None:
+            return self.verdict
         return None if self.limit is None else bool(self.value <= self.limit)
 
     def with_limit(self, limit: float | None) -> Evaluation:
@@ -88,6 +93,7 @@ class Evaluation:
             "operations": list(self.operations),
             "details": plain(dict(self.details)),
             "notes": list(self.notes),
+            "verdict": self.verdict,
         }
 
 

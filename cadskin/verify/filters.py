@@ -125,7 +125,9 @@ def spline(values: Floats, spacing: float, cutoff: float, *, closed: bool = Fals
     return np.asarray(spsolve(csc_matrix(identity(n) + alpha**4 * (q.T @ q)), samples))
 
 
-def filter_roundness(points: Points, centre: Points, normal: Vectors, cutoff: float) -> Points:
+def filter_roundness(
+    points: Points, centre: Points, normal: Vectors, cutoff: float, *, short_wave: bool = False
+) -> Points:
     """Return the points of a section with their radial profile filtered (Gaussian, closed).
 
     Parameters
@@ -137,6 +139,8 @@ def filter_roundness(points: Points, centre: Points, normal: Vectors, cutoff: fl
     normal : (3,) float
     cutoff : float
         Undulations per revolution.
+    short_wave : bool
+        Keep what the filter takes away, on the mean radius.
 
     Raises
     ------
@@ -158,6 +162,8 @@ def filter_roundness(points: Points, centre: Points, normal: Vectors, cutoff: fl
     radii = np.linalg.norm(flat[:, :2], axis=1)
     even = _even_profile(angles[order], radii[order])
     smooth = closed_gaussian(even[1], cutoff)
+    if short_wave:
+        smooth = even[1] - smooth + even[1].mean()
     place = (
         centre
         + np.outer(smooth * np.cos(even[0]), axes[:, 0])

@@ -19,6 +19,7 @@ from cadskin.verify.form import form
 from cadskin.verify.location import Target, position
 from cadskin.verify.orientation import orientation
 from cadskin.verify.part_datums import Placement, placement
+from cadskin.verify.part_material import with_material
 from cadskin.verify.profile import profile
 from cadskin.verify.runout import runout
 from cadskin.verify.sampled import sampled_closest
@@ -77,7 +78,10 @@ def evaluate(
         else:
             function = _GROUPS[group]
             found = _worst([function(tolerance, part, (faces,), place, sections) for faces in members])
-    return replace(found, characteristic=tolerance.type, limit=tolerance.value)
+    found = replace(found, characteristic=tolerance.type, limit=tolerance.value)
+    if tolerance.material != "RFS" and group == "location":
+        return with_material(found, tolerance, part, spec, place)
+    return found
 
 
 def _worst(found: list[Evaluation]) -> Evaluation:

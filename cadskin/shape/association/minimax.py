@@ -218,13 +218,13 @@ def _solve(problem: Problem, pose: Pose, *, trust: float | None, max_iterations:
     spread = float(np.ptp(values)) if problem.n_offsets == 2 else float(np.abs(offsets).sum())
     radius = min(0.02 * problem.length, 4.0 * max(float(np.ptp(values)), 1e-3 * spread))
     radius = max(trust if trust is not None else radius, 1e-9 * problem.length)
-    rounding = 16 * _EPS * problem.length
+    rounding, first_radius = 16 * _EPS * problem.length, radius
     for iteration in range(1, max_iterations + 1):
         step, multipliers, rows, sides, boxed = _linear_step(problem, values, jacobian, offsets, radius)
         guess = Contact(pose, offsets, rows, sides, multipliers, np.inf)
         polished = polish(problem, guess, rounding)
         if polished is not None and polished.offsets.sum() <= offsets.sum() + rounding:
-            better = lower_nearby(problem, polished)
+            better = lower_nearby(problem, polished, first_radius)
             if better is None:
                 return polished, iteration
             pose = better
@@ -240,7 +240,7 @@ def _solve(problem: Problem, pose: Pose, *, trust: float | None, max_iterations:
         gain = float((offsets - trial_offsets).sum())
         used = float(np.abs(step[: problem.n_free]).max(initial=0.0))
         if gain > 0.75 * predicted and used > 0.99 * radius:
-            radius = min(3.0 * radius, 2.0 * problem.length)
+            radius = min(3.0 * radius, 0.1 * problem.length)
         elif gain < 0.25 * predicted:
             radius = 0.3 * min(radius, max(used, 1e-3 * radius))
         if gain > 1e-4 * predicted:

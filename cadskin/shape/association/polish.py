@@ -262,11 +262,12 @@ def contact_is_unique(problem: Problem, contact: Contact, rounding: float) -> bo
     return not _can_slide(problem, contact, system.cost, rounding)
 
 
-def lower_nearby(problem: Problem, contact: Contact) -> Pose | None:
+def lower_nearby(problem: Problem, contact: Contact, radius: float) -> Pose | None:
     """Return a better pose along a direction of negative curvature, where the contacts carry a saddle only.
 
     Few contacts leave directions in which the value changes to second order: a two-lobed hole touches its
-    concentric inscribed circle at two valleys, and grows when the circle moves along the long axis.
+    concentric inscribed circle at two valleys, and grows when the circle moves along the long axis. The
+    search stays within ``radius`` [mm]: farther off lie other basins (out of the hole).
     """
     p = problem.n_free
     if len(contact.rows) >= p + problem.n_offsets:
@@ -279,9 +280,9 @@ def lower_nearby(problem: Problem, contact: Contact) -> Pose | None:
         return None
     direction = (null @ vectors[:, 0])[:p]
     best, lowest = None, float(contact.offsets.sum())
-    for exponent in np.arange(0.5, 8.0, 0.25):
+    for exponent in np.arange(0.0, 7.0, 0.25):
         for sign in (1.0, -1.0):
-            pose = problem.moved(contact.pose, sign * direction * problem.length * 10.0**-exponent)
+            pose = problem.moved(contact.pose, sign * direction * radius * 10.0**-exponent)
             reached = float(problem.offsets(problem.model.distances(pose)).sum())
             if reached < lowest - 1e-14 * problem.length:
                 best, lowest = pose, reached
