@@ -77,11 +77,12 @@ class Record:
     values: tuple[Value, ...]
 
 
-# Longest alternatives first; every repetition is possessive, so that matching cannot backtrack.
+# Longest alternatives first; a real may begin with its point, which the standard forbids and writers do.
+# Every repetition is possessive, so that matching cannot backtrack.
 _TOKEN = re.compile(
     rb"""\s++|(?P<reference>\#\d++)|(?P<punctuation>[(),$*])|(?P<string>'(?:[^']++|'')*+')
-    |(?P<real>[+-]?\d++\.\d*+(?:[eE][+-]?\d++)?+)|(?P<integer>[+-]?\d++(?:[eE][+-]?\d++)?+)
-    |(?P<enumeration>\.[A-Za-z0-9_]++\.)|(?P<name>!?[A-Za-z_][A-Za-z0-9_]*+)
+    |(?P<real>[+-]?(?:\d++\.\d*+|\.\d++)(?:[eE][+-]?\d++)?+)|(?P<integer>[+-]?\d++(?:[eE][+-]?\d++)?+)
+    |(?P<enumeration>\.[A-Za-z_][A-Za-z0-9_]*+\.)|(?P<name>!?[A-Za-z_][A-Za-z0-9_]*+)
     |(?P<binary>"[0-9A-Fa-f]*+")|(?P<comment>/\*(?:[^*]++|\*(?!/))*+\*/)|(?P<anchor><[^>]*+>)""",
     re.VERBOSE,
 )

@@ -83,6 +83,8 @@ def mutated(rng, text, focus):
     """Return the text with one to four mutations; most of them within ``focus`` (the PMI)."""
     for _ in range(int(rng.integers(1, 5))):
         mutate = MUTATIONS[int(rng.integers(len(MUTATIONS)))]
+        if len(text) < 200:
+            return text
         start, stop = focus if rng.random() < 0.8 else (0, len(text))
         start, stop = min(start, len(text) - 1), min(stop, len(text))
         piece = text[start:stop]
