@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numba import njit
+from scipy.sparse import coo_array, csr_array
 
 from cadskin._arrays import frozen
 from cadskin.errors import GeometryError
@@ -121,10 +122,10 @@ def classify(curvatures: Floats, *, flat: float) -> Ints:
 
 def _adjacency(triangles: Triangles, n: int) -> tuple[Ints, Ints]:
     """Neighbours of every vertex, one list after the other, and where each begins."""
-    sides = triangles[:, [0, 1, 1, 2, 2, 0, 1, 0, 2, 1, 0, 2]].reshape(-1, 2)
-    keys = np.unique(sides[:, 0] * np.int64(n) + sides[:, 1])
-    first, second = np.divmod(keys, np.int64(n))
-    return np.searchsorted(first, np.arange(n + 1)).astype(np.int64), second.astype(np.int64)
+    a, b, c = triangles.T.astype(np.int32)
+    pairs = (np.concatenate([a, b, b, c, c, a]), np.concatenate([b, a, c, b, a, c]))
+    graph = csr_array(coo_array((np.ones(6 * len(a), dtype=np.int8), pairs), shape=(n, n)))
+    return graph.indptr.astype(np.int64), graph.indices.astype(np.int64)
 
 
 @njit(cache=True, nogil=True)
@@ -194,7 +195,7 @@ def _solve(matrix: Any, rhs: Any, size: int) -> bool:
     return True
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, fastmath=True, nogil=True)
 def _monge(local: Any, count: int, size: int, solution: Any) -> float:
     """Fit the first ``size`` terms to points in units of the neighbourhood; mean squared residual, or -1."""
     matrix = np.zeros((_TERMS, _TERMS))
@@ -205,9 +206,9 @@ def _monge(local: Any, count: int, size: int, solution: Any) -> float:
         _terms(local[k, 0], local[k, 1], row)
         z = local[k, 2]
         squared += z * z
-        for a in range(size):
+        for a in range(_TERMS):
             solution[a] += row[a] * z
-            for b in range(a + 1):
+            for b in range(_TERMS):  # the whole row, so that it vectorises
                 matrix[a, b] += row[a] * row[b]
     for a in range(size):
         for b in range(a + 1):
@@ -246,13 +247,16 @@ def _fit_all(points: Any, normals: Any, offsets: Any, neighbours: Any) -> Any:
         first, second = _tangents(normals[i])
         reach = 0.0
         for k in range(count):
-            step = points[ids[k]] - points[i]
-            local[k, 0] = (step * first).sum()
-            local[k, 1] = (step * second).sum()
-            local[k, 2] = (step * normals[i]).sum()
-            reach = max(reach, (step * step).sum())
+            j = ids[k]
+            x, y, z = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
+            local[k, 0] = x * first[0] + y * first[1] + z * first[2]
+            local[k, 1] = x * second[0] + y * second[1] + z * second[2]
+            local[k, 2] = x * normals[i, 0] + y * normals[i, 1] + z * normals[i, 2]
+            reach = max(reach, x * x + y * y + z * z)
         reach = math.sqrt(reach)
-        local[:count] /= reach
+        for k in range(count):
+            for axis in range(3):
+                local[k, axis] /= reach
         size = _TERMS if count >= _TERMS + 3 else 5
         error = _monge(local, count, size, solution)
         if error < 0.0 and size > 5:
