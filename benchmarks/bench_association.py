@@ -141,8 +141,8 @@ def markdown(rows: list[tuple], versus: str) -> str:
     title = "# Associations: algorithm, accuracy, time\n\n"
     text = (
         "Written by `benchmarks/bench_association.py`. CPU seconds of one thread, the least-squares start "
-        "included. The error is the largest of five reference sets with planted values; C minimum zone, N minimum "
-        "circumscribed, X maximum inscribed, GE constrained least squares.\n\n"
+        "included. The error is the largest of five reference sets with planted values; C minimum zone, N "
+        "minimum circumscribed, X maximum inscribed, GE constrained least squares.\n\n"
     )
     return title + text + "\n".join(lines) + f"\n\n{versus}\n"
 

@@ -33,6 +33,7 @@ COMMANDS = {
     "doctor": "cadskin.cli.doctor",
     "evaluate": "cadskin.cli.evaluate",
     "reference": "cadskin.cli.reference",
+    "verify": "cadskin.cli.verify",
 }
 
 EXIT_USAGE = 2

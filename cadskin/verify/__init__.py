@@ -3,7 +3,14 @@
 from __future__ import annotations
 
 from cadskin.verify.cases import Case, evaluate_case, read_case
-from cadskin.verify.datums import DatumFeature, DatumFrame, EstablishedDatum, establish, establish_one
+from cadskin.verify.datums import (
+    DatumFeature,
+    DatumFrame,
+    EstablishedDatum,
+    Standard,
+    establish,
+    establish_one,
+)
 from cadskin.verify.evaluation import Evaluation
 from cadskin.verify.form import cylindricity, flatness, form, roundness, straightness
 from cadskin.verify.location import MaterialReport, Target, material_report, position, symmetry
@@ -22,6 +29,7 @@ __all__ = [
     "EstablishedDatum",
     "Evaluation",
     "MaterialReport",
+    "Standard",
     "Target",
     "Verification",
     "bezier_closest",

@@ -1,0 +1,96 @@
+"""``cadskin verify``: whether a made part is within its tolerances."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, cast
+
+import typer
+
+from cadskin.cli._console import note, print_json, print_table, progress_bar, status
+from cadskin.cli._options import Json, Part, TimeLimit
+
+
+def command(
+    mesh: Annotated[
+        Path,
+        typer.Argument(metavar="MESH", help="Made part with face labels: .npz or .ply.", show_default=False),
+    ],
+    of: Annotated[
+        Path, typer.Option("--of", metavar="PART", help="CAD file of the nominal part.", show_default=False)
+    ],
+    spec: Annotated[
+        Path | None,
+        typer.Option(
+            "--spec", metavar="SPEC", help="Spec file (.toml) [default: the PMI of PART].", show_default=False
+        ),
+    ] = None,
+    standard: Annotated[
+        str, typer.Option(help="Datum associations: 'ISO 5459:2011' or 'ASME Y14.5.1-2019'.")
+    ] = "ISO 5459:2011",
+    sections: Annotated[int, typer.Option(help="Sections, lines or circles of a feature.")] = 15,
+    csv: Annotated[
+        Path | None,
+        typer.Option("--csv", metavar="FILE", help="Also write the table there.", show_default=False),
+    ] = None,
+    json: Json = False,
+    part: Part = None,
+    time_limit: TimeLimit = 300.0,
+) -> int:
+    """Evaluate every tolerance on a made part; exit code 1 when it does not conform.
+
+    The values are those of the points of the mesh. A tolerance that could not be evaluated is listed with the
+    reason, and the part then does not count as conforming.
+    """
+    from cadskin.cli._reading import discretise
+    from cadskin.errors import SpecificationError
+    from cadskin.spec import read_spec
+    from cadskin.verify import Standard, Verification, verify
+    from cadskin.verify.meshes import read_labelled_mesh
+
+    if standard not in ("ISO 5459:2011", "ASME Y14.5.1-2019"):
+        raise SpecificationError(
+            f"unknown standard {standard!r}; choose 'ISO 5459:2011' or 'ASME Y14.5.1-2019'"
+        )
+    made = read_labelled_mesh(mesh)
+    given = None if spec is None else read_spec(spec)
+    parts = discretise(
+        of,
+        edge_length=None,
+        points=None,
+        edge_length_on=None,
+        part=part,
+        backend="cadskin",
+        allow_open=False,
+        force=False,
+        time_limit=time_limit,
+    )
+    if len(parts) != 1:
+        raise SpecificationError(f"{of} has {len(parts)} parts; choose one with --part")
+    nominal = parts[0]
+    if given is None:
+        from cadskin.cad import read_pmi
+
+        with status(f"reading the tolerances of {of.name}"):
+            given = read_pmi(of, nominal, time_limit=time_limit)
+    if not len(given):
+        raise SpecificationError(f"{spec or of} holds no tolerances; give a spec file with --spec")
+    with progress_bar("verifying") as progress:
+        found = verify(
+            made,
+            given,
+            nominal=nominal,
+            standard=cast("Standard", standard),
+            sections=sections,
+            progress=progress,
+        )
+    table = cast("Verification", found)
+    if csv is not None:
+        csv.write_text(table.to_csv(), encoding="utf-8")
+    if json:
+        print_json(table.to_dict())
+    else:
+        columns = ("tolerance", "characteristic", "value", "limit", "verdict", "certified")
+        print_table(f"{mesh.name} against {of.name}", columns, table.rows(), right=("value", "limit"))
+        note("conforming" if table.conforming else "not conforming")
+    return 0 if table.conforming else 1

@@ -1,0 +1,135 @@
+"""Meshes with face labels, read for verification: NPZ and PLY as `cadskin.write` makes them."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from cadskin.errors import CadskinWarning, ReadError
+from cadskin.shape import DiscreteShape
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["read_labelled_mesh"]
+
+_TYPES = {
+    "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4",
+    "double": "f8", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4",
+    "float32": "f4", "float64": "f8",
+}  # fmt: skip
+
+
+def read_labelled_mesh(path: str | Path) -> DiscreteShape:
+    """Read a mesh whose triangles carry their B-rep face.
+
+    Parameters
+    ----------
+    path : path
+        ``.npz`` (`points`, `triangles`, `face_ids`) or ``.ply`` (binary little endian or ASCII, faces with
+        the property ``face_id``).
+
+    Raises
+    ------
+    ReadError
+        A file that is missing, damaged, or without labels.
+
+    Warns
+    -----
+    CadskinWarning
+        Single precision: an exact plane of 250 mm is then about 7e-6 mm unflat.
+    """
+    source = Path(path)
+    try:
+        if source.suffix.lower() == ".npz":
+            points, triangles, labels = _npz(source)
+        elif source.suffix.lower() == ".ply":
+            points, triangles, labels = _ply(source)
+        else:
+            raise ReadError(
+                f"{source}: only .npz and .ply carry the face of each triangle; write one of them"
+            )
+    except OSError as error:
+        raise ReadError(f"{source}: cannot be read ({error.strerror or error})") from error
+    except (KeyError, ValueError, IndexError) as error:
+        if isinstance(error, ReadError):
+            raise
+        raise ReadError(f"{source}: damaged or not a labelled mesh ({error})") from error
+    if points.dtype == np.float32:
+        size = float(np.abs(points).max(initial=0.0))
+        warnings.warn(
+            f"{source.name} is in single precision: values below {size * 6e-8:.1g} mm are rounding; "
+            "write it with double precision (--double, or NPZ)",
+            CadskinWarning,
+            stacklevel=2,
+        )
+    return DiscreteShape(points.astype(np.float64), triangles.astype(np.int64), labels.astype(np.int64))
+
+
+def _npz(path: Path) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
+    with np.load(path, allow_pickle=False) as arrays:
+        missing = [key for key in ("points", "triangles", "face_ids") if key not in arrays]
+        if missing:
+            raise ReadError(f"{path}: no array {', '.join(missing)}; a mesh written by cadskin has them")
+        return arrays["points"], arrays["triangles"], arrays["face_ids"]
+
+
+def _ply(path: Path) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
+    data = path.read_bytes()
+    end = data.find(b"end_header")
+    if not data.startswith(b"ply") or end < 0:
+        raise ReadError(f"{path}: no PLY file")
+    start = data.index(b"\n", end) + 1
+    words = [line.split() for line in data[:end].decode("ascii", errors="replace").splitlines()]
+    elements: dict[str, tuple[int, list[list[str]]]] = {}
+    name, layout = "", "ascii"
+    for line in words:
+        if line[:1] == ["format"]:
+            layout = line[1]
+        elif line[:1] == ["element"]:
+            name = line[1]
+            elements[name] = (int(line[2]), [])
+        elif line[:1] == ["property"]:
+            elements[name][1].append(line[1:])
+    if list(elements)[:2] != ["vertex", "face"]:
+        raise ReadError(f"{path}: vertices and then faces are expected")
+    if layout == "ascii":
+        return _ascii_ply(path, data[start:], elements)
+    if layout != "binary_little_endian":
+        raise ReadError(f"{path}: layout {layout} is not read; binary_little_endian and ascii are")
+    n_vertices, vertex_properties = elements["vertex"]
+    vertex = np.dtype([(prop[-1], "<" + _TYPES[prop[0]]) for prop in vertex_properties])
+    vertices = np.frombuffer(data, vertex, n_vertices, start)
+    n_faces, face_properties = elements["face"]
+    fields: list[Any] = []
+    for prop in face_properties:
+        if prop[0] == "list":
+            fields += [("count", "<" + _TYPES[prop[1]]), ("corners", "<" + _TYPES[prop[2]], 3)]
+        else:
+            fields.append((prop[-1], "<" + _TYPES[prop[0]]))
+    faces = np.frombuffer(data, np.dtype(fields), n_faces, start + n_vertices * vertex.itemsize)
+    if (faces["count"] != 3).any():
+        raise ReadError(f"{path}: a face that is no triangle")
+    if "face_id" not in (faces.dtype.names or ()):
+        raise ReadError(f"{path}: the faces have no property face_id; write the mesh with cadskin")
+    return np.stack([vertices[axis] for axis in "xyz"], axis=1), faces["corners"], faces["face_id"]
+
+
+def _ascii_ply(
+    path: Path, body: bytes, elements: dict[str, tuple[int, list[list[str]]]]
+) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
+    n_vertices, vertex_properties = elements["vertex"]
+    n_faces, face_properties = elements["face"]
+    lines = body.decode("ascii").splitlines()
+    columns = [[prop[-1] for prop in vertex_properties].index(axis) for axis in "xyz"]
+    vertices = np.array([[float(word) for word in line.split()] for line in lines[:n_vertices]])
+    names = [prop[-1] for prop in face_properties if prop[0] != "list"]
+    if "face_id" not in names or face_properties[0][0] != "list":
+        raise ReadError(f"{path}: the faces have no property face_id; write the mesh with cadskin")
+    faces = np.array([[int(float(word)) for word in line.split()] for line in lines[n_vertices:][:n_faces]])
+    if (faces[:, 0] != 3).any():
+        raise ReadError(f"{path}: a face that is no triangle")
+    return vertices[:, columns], faces[:, 1:4], faces[:, 4 + names.index("face_id")]
