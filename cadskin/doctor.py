@@ -25,6 +25,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Literal
 
+from cadskin._kernel_cache import kernels_to_compile
+
 __all__ = [
     "Finding",
     "broken",
@@ -32,7 +34,6 @@ __all__ = [
     "explain_import_error",
     "explain_missing_library",
     "kernel_wheel",
-    "kernels_to_compile",
     "repair",
     "report",
 ]
@@ -88,13 +89,6 @@ LIBRARIES = {
         "libgomp.so.1",
     ),
     "pymeshlab": ("libGL.so.1", "libOpenGL.so.0"),
-}
-# What is compiled at its first use -> (module, function) whose cache file tells that it has been.
-KERNELS = {
-    "meshing": ("cad/meshing/kernel", "remesh_arrays"),
-    "fields": ("deviation/_philox", "_fill"),
-    "checks": ("shape/intersections", "_tree_pairs"),
-    "pictures": ("view/raster", "fill_triangles"),
 }
 
 
@@ -362,38 +356,6 @@ def _import_in_child(module: str, *, seconds: float = 120.0) -> Finding:
 
 def _import_repair() -> str:
     return kernel_wheel().repair or "pip install --upgrade --force-reinstall cadskin"
-
-
-def kernels_to_compile(*names: str) -> tuple[str, ...]:
-    """Return which of the compiled kernels are in none of numba's cache folders, all kinds by default.
-
-    Parameters
-    ----------
-    *names : str
-        Keys of `KERNELS`: ``meshing``, ``fields``, ``checks``, ``pictures``.
-
-    Notes
-    -----
-    After an update of cadskin a cached one may be old; numba then compiles it again.
-    """
-    return tuple(name for name in names or KERNELS if not _is_cached(*KERNELS[name]))
-
-
-def _is_cached(module: str, function: str) -> bool:
-    place = Path(__file__).resolve().parent / module
-    own = os.environ.get("NUMBA_CACHE_DIR")
-    folders = [Path(own)] if own else [place.parent / "__pycache__", _numba_home()]
-    pattern = f"{place.name}.{function}-*.nbi"
-    return any(True for folder in folders for _ in folder.rglob(pattern))
-
-
-def _numba_home() -> Path:
-    """Return numba's cache folder for packages that lie in a folder that cannot be written."""
-    if sys.platform == "win32":
-        return Path(os.environ.get("LOCALAPPDATA", Path.home())) / "numba"
-    if sys.platform == "darwin":
-        return Path.home() / "Library" / "Caches" / "numba"
-    return Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "numba"
 
 
 def _kernel_cache() -> Finding:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from cadskin._kernel_cache import kernels_to_compile
 from cadskin.cli._console import note, progress_bar, status
 from cadskin.cli._options import positive, table_of_lengths
 from cadskin.errors import GeometryError
@@ -70,9 +71,7 @@ def discretise(
 
 
 def say_what_is_compiled(*kernels: str) -> None:
-    """Say that a first command takes longer, where it does; see `cadskin.doctor.KERNELS`."""
-    from cadskin.doctor import kernels_to_compile
-
+    """Say that a first command takes longer, where it does."""
     missing = kernels_to_compile(*kernels)
     if missing:
         note(f"compiling kernels (once, up to 30 s): {', '.join(missing)}")

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from cadskin import doctor
+from cadskin._kernel_cache import KERNELS, kernels_to_compile
 from cadskin.cli.main import main
 
 SIZES = {"cadquery-ocp": 300, "cadquery-ocp-novtk": 200}
@@ -123,7 +124,7 @@ def test_report_hides_the_home_folder(capsys):
 
 def test_every_kernel_that_is_watched_exists():
     root = Path(doctor.__file__).parent
-    for module, function in doctor.KERNELS.values():
+    for module, function in KERNELS.values():
         assert f"def {function}(" in (root / module).with_suffix(".py").read_text()
 
 
@@ -131,7 +132,7 @@ def test_every_kernel_that_is_watched_exists():
 def test_kernels_are_found_in_the_cache_that_numba_wrote(tmp_path, monkeypatch):
     """A process with a cache folder of its own compiles; the doctor sees it there."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
-    assert doctor.kernels_to_compile("fields") == ("fields",)
+    assert kernels_to_compile("fields") == ("fields",)
     code = (
         "import cadskin as cs\n"
         "import cadquery as cq\n"
@@ -140,7 +141,7 @@ def test_kernels_are_found_in_the_cache_that_numba_wrote(tmp_path, monkeypatch):
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
-    assert doctor.kernels_to_compile("fields", "meshing") == ()
+    assert kernels_to_compile("fields", "meshing") == ()
 
 
 def test_facade_explains_a_missing_library(monkeypatch):
