@@ -10,6 +10,7 @@ from cadskin.errors import SelectionError, SpecificationError
 from cadskin.shape.fingerprint import fingerprint
 from cadskin.shape.nominal import Face, Feature, NominalModel
 from cadskin.shape.selectors import select_faces
+from cadskin.spec.checks import enforce
 from cadskin.spec.datums import Datum
 from cadskin.spec.dimension import Dimension
 from cadskin.spec.selection import FeatureSelection
@@ -76,16 +77,9 @@ def bind_faces(
     part = _Part(tuple(faces), tuple(tuple(group) for group in groups), tuple(features))
     _refuse_stale(spec, part)
     bound = map_features(spec, lambda feature, label: _bound(feature, part, label))
-    return Specification(
-        *bound.tolerances,
-        datums=bound.datums,
-        dimensions=bound.dimensions,
-        default=bound.default,
-        unresolved=bound.unresolved,
-        notes=bound.notes,
-        fingerprints=bound.fingerprints,
-        checked=not spec.unresolved and all(not t.feature.step_faces for t in spec.tolerances),
-    )
+    known = spec.tolerances if spec.default is None else (*spec.tolerances, spec.default)
+    from_step = any(item.id.startswith("#") for item in known)
+    return bound.changed(notes=tuple(dict.fromkeys((*bound.notes, *enforce(bound, lenient=from_step)))))
 
 
 def _refuse_stale(spec: Specification, part: _Part) -> None:

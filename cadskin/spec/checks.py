@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import warnings
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
+from cadskin.errors import CadskinWarning, SpecificationError
 from cadskin.spec.frames import number
 
 if TYPE_CHECKING:
@@ -14,7 +16,7 @@ if TYPE_CHECKING:
     from cadskin.spec.specification import Specification
     from cadskin.spec.tolerance import Tolerance
 
-__all__ = ["Finding", "check"]
+__all__ = ["Finding", "check", "enforce"]
 
 _FORM_KINDS: Mapping[str, tuple[str, ...]] = {
     "cylindricity": ("cylinder",),
@@ -46,6 +48,40 @@ def check(spec: Specification) -> tuple[Finding, ...]:
         *_nested(spec.tolerances),
     ]
     return tuple(found)
+
+
+def enforce(spec: Specification, *, lenient: bool = False) -> tuple[str, ...]:
+    """Refuse contradictions, and warn of what is probably not meant.
+
+    Parameters
+    ----------
+    spec : Specification
+    lenient : bool
+        What a STEP file says of its own tolerances (their ids begin with ``#``) is returned instead: real
+        files contradict themselves, and their reader cannot help it.
+
+    Returns
+    -------
+    tuple of str
+        Findings about the tolerances of a STEP file.
+
+    Raises
+    ------
+    SpecificationError
+        The specification contradicts itself; the message names the tolerances.
+    """
+    notes, errors = [], []
+    for finding in check(spec):
+        own = finding.tolerances and not all(name.startswith("#") for name in finding.tolerances)
+        if lenient and not own:
+            notes.append(f"{finding.severity}: {finding.message}")
+        elif finding.severity == "error":
+            errors.append(finding.message)
+        else:
+            warnings.warn(finding.message, CadskinWarning, stacklevel=4)
+    if errors:
+        raise SpecificationError("; ".join(errors))
+    return tuple(notes)
 
 
 def _identities(tolerances: Sequence[Tolerance], datums: Iterable[Datum]) -> Iterator[Finding]:

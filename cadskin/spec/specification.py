@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
-from cadskin.errors import CadskinWarning, SelectionError, SpecificationError
-from cadskin.spec.checks import check
+from cadskin.errors import SelectionError
+from cadskin.spec.checks import enforce
 from cadskin.spec.datums import Datum
 from cadskin.spec.dimension import Dimension
 from cadskin.spec.selection import as_selection
@@ -123,15 +122,7 @@ class Specification:
         for key, value in values.items():
             object.__setattr__(self, key, value)
         if checked:
-            self._refuse_contradictions()
-
-    def _refuse_contradictions(self) -> None:
-        found = check(self)
-        errors = [finding.message for finding in found if finding.severity == "error"]
-        if errors:
-            raise SpecificationError("; ".join(errors))
-        for finding in found:
-            warnings.warn(finding.message, CadskinWarning, stacklevel=4)
+            enforce(self)
 
     def __iter__(self) -> Iterator[Tolerance]:
         return iter(self.tolerances)

@@ -12,32 +12,25 @@ from typing import Any, get_args
 from cadskin.errors import ReadError, SpecificationError
 from cadskin.shape.fingerprint import FaceFingerprint
 from cadskin.spec.characteristics import CHARACTERISTICS, characteristic
+from cadskin.spec.checks import enforce
 from cadskin.spec.constructors import tolerance
 from cadskin.spec.datums import Datum, DatumTarget
-from cadskin.spec.dimension import Dimension, clean_sum
-from cadskin.spec.fits import fit_deviations
-from cadskin.spec.selection import Derived, FeatureSelection
 from cadskin.spec.specification import FaceRecord, Specification, Unresolved
 from cadskin.spec.tolerance import Scope, Tolerance
+from cadskin.spec.toml_dimensions import read_dimension
+from cadskin.spec.toml_features import FEATURE_KEYS, UNKNOWN, guarded, read_selection
 from cadskin.spec.toml_lines import locate
 from cadskin.spec.toml_table import SpecTable, Where
 from cadskin.spec.zone import AreaUnit
 
 __all__ = ["parse_spec", "read_spec"]
 
-UNKNOWN = "?"
 _TOP = ("datums", "tolerances", "dimensions", "default", "unresolved", "fingerprints")
-_FEATURE_KEYS = ("on", "faces", "step_faces", "groups", "derived", "part")
 _TOLERANCE_KEYS = (
-    *_FEATURE_KEYS,
+    *FEATURE_KEYS,
     *("datums", "diameter", "spherical", "material", "modifiers", "scope", "value"),
     *("form", "projected", "projected_offset", "outside", "offset", "maximum", "per_length", "per_area"),
     *("combined", "angle_deg", "angle_rad", "id", "name", "parent", "raw", "standard", "model", "source"),
-)
-_DIMENSION_KEYS = (
-    *_FEATURE_KEYS,
-    *("size", "distance", "angle", "angle_rad", "to", "name", "fit", "limits", "deviations", "plus_minus"),
-    *("lower", "upper", "qualifier", "modifiers", "raw_unit", "kind", "id", "source"),
 )
 _MAX_BYTES = 16 << 20
 
@@ -94,7 +87,7 @@ def parse_spec(text: str, *, name: str = "spec") -> Specification:
     spec = Specification(
         *_tolerances(table),
         datums=tuple(_datums(table)),
-        dimensions=tuple(_dimension(item) for item in table.tables("dimensions")),
+        dimensions=tuple(read_dimension(item) for item in table.tables("dimensions")),
         default=_default(table),
         unresolved=tuple(_unresolved(item) for item in table.tables("unresolved")),
         fingerprints=tuple(_fingerprint(item) for item in table.tables("fingerprints")),
@@ -105,63 +98,9 @@ def parse_spec(text: str, *, name: str = "spec") -> Specification:
 
 
 def _checked(spec: Specification) -> Specification:
-    # What a STEP file left unresolved has been said; the rest must hold.
-    return Specification(
-        *spec.tolerances,
-        datums=spec.datums,
-        dimensions=spec.dimensions,
-        default=spec.default,
-        unresolved=spec.unresolved,
-        fingerprints=spec.fingerprints,
-        checked=not spec.unresolved and not any(_from_step(item) for item in spec.tolerances),
-    )
-
-
-def _from_step(item: Tolerance) -> bool:
-    return bool(item.feature.step_faces) or item.id.startswith("#")
-
-
-# -- features --------------------
-
-
-def _selection(table: SpecTable) -> FeatureSelection:
-    on = table.raw("on", [])
-    selectors = on if isinstance(on, list) else [on]
-    if not all(isinstance(item, int | str) and not isinstance(item, bool) for item in selectors):
-        raise table.error(
-            f"on must be a selector like '>Z', a face index, or a list of those, not {on!r}", "on"
-        )
-    groups = table.raw("groups", [])
-    if not isinstance(groups, list) or not all(_is_indices(group) for group in groups):
-        raise table.error(f"groups must be lists of face numbers, not {groups!r}", "groups")
-    derived = table.text("derived", "none") or "none"
-    if derived not in get_args(Derived):
-        raise table.error(
-            f"derived must be one of {', '.join(get_args(Derived))}, not {derived!r}", "derived"
-        )
-    found: FeatureSelection = _guarded(
-        table,
-        FeatureSelection,
-        faces=table.indices("faces"),
-        step_faces=table.indices("step_faces"),
-        selectors=tuple(selectors),
-        groups=tuple(tuple(group) for group in groups),
-        derived=derived,
-        part=table.text("part"),
-    )
-    return found
-
-
-def _is_indices(group: Any) -> bool:
-    return isinstance(group, list) and all(isinstance(x, int) and not isinstance(x, bool) for x in group)
-
-
-def _guarded(table: SpecTable, make: Any, *args: Any, **values: Any) -> Any:
-    """Make an object; put the line before what it complains about."""
-    try:
-        return make(*args, **values)
-    except SpecificationError as error:
-        raise table.error(str(error)) from None
+    known = spec.tolerances if spec.default is None else (*spec.tolerances, spec.default)
+    from_step = any(item.id.startswith("#") for item in known)
+    return spec.changed(notes=enforce(spec, lenient=from_step))
 
 
 # -- tolerances --------------------
@@ -224,13 +163,13 @@ def _tolerance(item: SpecTable, name: str, value: Any, *, is_default: bool = Fal
             f"give the value once: {name} = {value!r} and value = {item.raw('value')!r}", "value"
         )
     number = None if value == UNKNOWN else item.as_number(value, name)
-    feature = _selection(item)
+    feature = read_selection(item)
     zone = _zone_values(item)
     raw = item.raw("raw")
     if raw is not None and not (isinstance(raw, list) and len(raw) == 2 and isinstance(raw[1], str)):
         raise item.error(f"raw must be [number, unit], not {raw!r}", "raw")
     model = item.table("model")
-    found: Tolerance = _guarded(
+    found: Tolerance = guarded(
         item,
         tolerance,
         name,
@@ -280,7 +219,7 @@ def _zone_values(item: SpecTable) -> dict[str, Any]:
         table = SpecTable(area, (*item.path, "per_area"), item.where)
         shape, size, second = table.text("shape", "square"), table.number("size"), table.number("second")
         table.finish(("shape", "size", "second"))
-        found["per_area"] = _guarded(table, AreaUnit, shape, size, second)
+        found["per_area"] = guarded(table, AreaUnit, shape, size, second)
     elif area is not None:
         found["per_area"] = AreaUnit("square", item.as_number(area, "per_area"))
     return found
@@ -291,7 +230,7 @@ def _default(table: SpecTable) -> Tolerance | None:
     return None if item is None else _tolerance(item, *_characteristic_of(item), is_default=True)
 
 
-# -- datums, dimensions, unresolved --------------------
+# -- datums, unresolved, fingerprints --------------------
 
 
 def _datums(table: SpecTable) -> Iterator[Datum]:
@@ -301,99 +240,28 @@ def _datums(table: SpecTable) -> Iterator[Datum]:
     for letter, value in section.values.items():
         given = value if isinstance(value, dict) else {"on": value}
         item = SpecTable(given, (*section.path, letter), section.where)
-        feature = _selection(item)
+        feature = read_selection(item)
         targets = tuple(_target(target, letter) for target in item.tables("targets"))
         source = item.text("source") or item.source
-        item.finish((*_FEATURE_KEYS, "targets", "source"))
-        yield _guarded(item, Datum, letter, feature, targets, source=source)
+        item.finish((*FEATURE_KEYS, "targets", "source"))
+        yield guarded(item, Datum, letter, feature, targets, source=source)
 
 
 def _target(item: SpecTable, letter: str) -> DatumTarget:
     sizes = {key: item.number(key) for key in ("length", "width", "diameter")}
     frame = {key: item.numbers(key, 3) for key in ("origin", "axis", "direction")}
-    found: DatumTarget = _guarded(
+    found: DatumTarget = guarded(
         item,
         DatumTarget,
         label=item.text("label", letter),
         kind=item.text("kind", "point"),
-        feature=_selection(item),
+        feature=read_selection(item),
         movable=bool(item.flag("movable")),
         **sizes,
         **frame,
     )
-    item.finish((*_FEATURE_KEYS, *sizes, *frame, "label", "kind", "movable"))
+    item.finish((*FEATURE_KEYS, *sizes, *frame, "label", "kind", "movable"))
     return found
-
-
-def _dimension(item: SpecTable) -> Dimension:
-    heads = [key for key in ("size", "distance", "angle", "angle_rad") if key in item]
-    if len(heads) != 1:
-        item.skip(_DIMENSION_KEYS)
-        item.finish(_DIMENSION_KEYS)
-        raise item.error("a dimension is one of size = ..., distance = ..., angle = ... (degrees)")
-    head = heads[0]
-    to = item.raw("to")
-    second = SpecTable(
-        to if isinstance(to, dict) else {"on": [] if to is None else to}, (*item.path, "to"), item.where
-    )
-    kinds = {"size": "size", "distance": "location"}
-    kind = item.text("kind") or kinds.get(head, "angular_location" if to is not None else "angular_size")
-    scale = radians(1.0) if head == "angle" else 1.0
-    value = item.raw(head)
-    nominal = None if value == UNKNOWN else _scaled(item.as_number(value, head), head)
-    fit = item.text("fit")
-    low, high = _limits(item, nominal, fit, scale)
-    found: Dimension = _guarded(
-        item,
-        Dimension,
-        id=item.text("id", "") or "",
-        kind=kind,
-        name=item.text("name", "") or "",
-        nominal=nominal,
-        lower=low,
-        upper=high,
-        feature=_selection(item),
-        second=_selection(second),
-        fit=fit,
-        qualifier=item.text("qualifier", "none"),
-        modifiers=item.texts("modifiers"),
-        raw_unit=item.text("raw_unit"),
-        source=item.text("source") or item.source,
-    )
-    second.finish(_FEATURE_KEYS)
-    item.finish(_DIMENSION_KEYS)
-    return found
-
-
-def _scaled(value: float, head: str) -> float:
-    return radians(value) if head == "angle" else value
-
-
-def _limits(
-    item: SpecTable, nominal: float | None, fit: str | None, scale: float
-) -> tuple[float | None, float | None]:
-    ways = [key for key in ("limits", "deviations", "plus_minus") if key in item]
-    single = [key for key in ("lower", "upper") if key in item]
-    if len(ways) + bool(single) > 1:
-        raise item.error(f"give the limits once, not as {' and '.join([*ways, *single])}")
-    if single:
-        low, high = item.number("lower"), item.number("upper")
-        return (None if low is None else low * scale), (None if high is None else high * scale)
-    if not ways:
-        if fit is None or nominal is None:
-            return None, None
-        pair = _guarded(item, fit_deviations, nominal, fit)
-        return clean_sum(nominal, pair[0]), clean_sum(nominal, pair[1])
-    if ways == ["limits"]:
-        limits = item.numbers("limits", 2)
-        return (None, None) if limits is None else (limits[0] * scale, limits[1] * scale)
-    if nominal is None:
-        raise item.error(f"{ways[0]} needs a nominal value")
-    if ways == ["plus_minus"]:
-        half = item.number("plus_minus") or 0.0
-        return clean_sum(nominal, -half * scale), clean_sum(nominal, half * scale)
-    deviations = item.numbers("deviations", 2) or (0.0, 0.0)
-    return clean_sum(nominal, deviations[0] * scale), clean_sum(nominal, deviations[1] * scale)
 
 
 def _unresolved(item: SpecTable) -> Unresolved:

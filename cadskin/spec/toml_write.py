@@ -19,7 +19,7 @@ from cadskin.spec.modifiers import TOLERANCE_MODIFIERS
 from cadskin.spec.selection import FeatureSelection
 from cadskin.spec.specification import FaceRecord, Specification, _with_ids
 from cadskin.spec.tolerance import Tolerance
-from cadskin.spec.toml_read import UNKNOWN
+from cadskin.spec.toml_features import UNKNOWN
 from cadskin.spec.zone import ToleranceZone
 
 __all__ = ["to_toml", "write_spec"]
