@@ -12,6 +12,7 @@ from cadskin.deviation.base import (
     model_names,
     register,
 )
+from cadskin.deviation.bases import BasisForm
 from cadskin.deviation.field import GaussianField
 from cadskin.deviation.forms import (
     Cone,
@@ -27,20 +28,28 @@ from cadskin.deviation.forms import (
 from cadskin.deviation.gibbs import Gibbs
 from cadskin.deviation.given import FromArray, FromFE, FromFunction, Towards
 from cadskin.deviation.kernels import correlation
+from cadskin.deviation.modal import KarhunenLoeve, Modes
 from cadskin.deviation.noise import WhiteNoise
 from cadskin.deviation.rigid import Bend, Shift, SizeOffset, Taper, Thermal, Tilt, Torsor, Twist
+from cadskin.deviation.texture import Fractal, FromSpectrum, Lobing, Waviness
 
 __all__ = [
+    "BasisForm",
     "Bend",
     "Cone",
     "Cylinder",
     "DeviationModel",
     "Ellipsoid",
+    "Fractal",
     "FromArray",
     "FromFE",
     "FromFunction",
+    "FromSpectrum",
     "GaussianField",
     "Gibbs",
+    "KarhunenLoeve",
+    "Lobing",
+    "Modes",
     "Paraboloid",
     "Quadric",
     "Saddle",
@@ -56,6 +65,7 @@ __all__ = [
     "Torsor",
     "Towards",
     "Twist",
+    "Waviness",
     "WhiteNoise",
     "biconic_sag",
     "correlation",

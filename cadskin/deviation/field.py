@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from cadskin.deviation.base import Sampler
     from cadskin.shape import Feature, NominalModel
 
-__all__ = ["GaussianField"]
+__all__ = ["GaussianField", "PatchwiseSampler"]
 
 
 @register
@@ -98,7 +98,7 @@ class GaussianField(DeviationModel):
         _warn_of_scale(self, nominal, patches)
         fields = [make_field(patch, self.length, self.kernel, self.metric, self.method) for patch in patches]
         scale = _sigma_of_samples(self.sigma, nominal)
-        return _PatchwiseSampler(patches, fields, scale)
+        return PatchwiseSampler(patches, fields, scale)
 
     def parameters(self) -> dict[str, Any]:
         """Return the parameters; a callable ``sigma`` cannot be written to a file."""
@@ -118,7 +118,7 @@ class GaussianField(DeviationModel):
     __repr__ = __str__
 
 
-class _PatchwiseSampler(LinearSampler):
+class PatchwiseSampler(LinearSampler):
     """Independent unit fields on the patches, spread to the samples."""
 
     def __init__(

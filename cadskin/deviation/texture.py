@@ -1,0 +1,242 @@
+"""Waviness and roughness: periodic marks, profiles from a spectrum, self-affine (fractal) surfaces."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from cadskin._arrays import frozen
+from cadskin.deviation._linear import LinearSampler
+from cadskin.deviation._parameters import finite, positive
+from cadskin.deviation.base import MM, RAD, DeviationModel, FixedSampler, SumModel, register
+from cadskin.deviation.bases import BasisForm
+from cadskin.deviation.coordinates import surface_coordinates
+from cadskin.deviation.field import GaussianField
+from cadskin.errors import DeviationError
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from cadskin._typing import Floats
+    from cadskin.deviation.base import Sampler
+    from cadskin.shape import Feature, NominalModel
+
+__all__ = ["Fractal", "FromSpectrum", "Lobing", "Waviness"]
+
+
+def _along(feature: Feature, angle: float) -> Floats:
+    """Position (k,) [mm] along a direction of the surface coordinates."""
+    x, y = surface_coordinates(feature).T
+    return np.asarray(np.cos(angle) * x + np.sin(angle) * y)
+
+
+@register
+@dataclass(frozen=True, eq=False, repr=False)
+class Waviness(DeviationModel):
+    """Regular marks: a sine along one direction of the surface coordinates (feed marks).
+
+    Parameters
+    ----------
+    amplitude : float
+        Peak-to-valley height [mm].
+    wavelength : float
+        [mm], > 0.
+    angle : float
+        Direction across the marks, from the first surface coordinate [rad].
+    phase : float
+        [rad].
+    """
+
+    name: ClassVar[str] = "waviness"
+    amplitude: float = field(metadata=MM)
+    wavelength: float = field(metadata=MM)
+    angle: float = field(default=0.0, metadata=RAD)
+    phase: float = field(default=0.0, metadata=RAD)
+
+    def __post_init__(self) -> None:
+        """Check the parameters."""
+        object.__setattr__(self, "amplitude", finite(self.amplitude, "amplitude", "mm", self))
+        object.__setattr__(self, "wavelength", positive(self.wavelength, "wavelength", "mm", self))
+        for key in ("angle", "phase"):
+            object.__setattr__(self, key, finite(getattr(self, key), key, "rad", self))
+
+    def prepare(self, nominal: NominalModel, features: Sequence[Feature] | None = None) -> Sampler:
+        """Evaluate on every feature."""
+        values = np.zeros(nominal.n_samples)
+        for feature in nominal.features if features is None else features:
+            turns = _along(feature, self.angle) / self.wavelength
+            values[feature.rows] = 0.5 * self.amplitude * np.sin(2 * np.pi * turns + self.phase)
+        return FixedSampler(values)
+
+
+@register
+@dataclass(frozen=True, eq=False, repr=False)
+class Lobing(DeviationModel):
+    """A cylinder or cone with n lobes around; drilled holes tend to three.
+
+    Parameters
+    ----------
+    amplitude : float
+        Peak-to-valley height around [mm].
+    lobes : int
+        > 0.
+    """
+
+    name: ClassVar[str] = "lobing"
+    amplitude: float = field(metadata=MM)
+    lobes: int = 3
+
+    def __post_init__(self) -> None:
+        """Check the parameters."""
+        object.__setattr__(self, "amplitude", finite(self.amplitude, "amplitude", "mm", self))
+        if int(self.lobes) != self.lobes or self.lobes < 1:
+            raise DeviationError(f"Lobing: lobes must be a whole number of 1 or more, got {self.lobes}")
+
+    def prepare(self, nominal: NominalModel, features: Sequence[Feature] | None = None) -> Sampler:
+        """Evaluate the harmonic on every feature."""
+        rms = self.amplitude / np.sqrt(8.0)
+        return BasisForm("fourier_legendre", {f"{self.lobes},0": rms}).prepare(nominal, features)
+
+
+@register
+@dataclass(frozen=True, eq=False, repr=False)
+class FromSpectrum(DeviationModel):
+    """A random profile with a given power spectral density, along one direction of the surface coordinates.
+
+    z(s) = sum_k sqrt(S_k df_k) (a_k cos 2 pi f_k s + b_k sin 2 pi f_k s), a and b standard normal; each
+    feature has its own profile. The profile repeats after 1 / df.
+
+    Parameters
+    ----------
+    frequencies : (m,) float
+        Spatial frequencies [1/mm], increasing, > 0; at least two.
+    psd : (m,) float
+        One-sided power spectral density [mm³], 0 or more; the variance is its integral (trapezoidal).
+    angle : float
+        Direction across the lay, from the first surface coordinate [rad].
+
+    References
+    ----------
+    Shinozuka, Deodatis: Simulation of stochastic processes by spectral representation, Appl. Mech. Rev. 44
+    (1991), doi:10.1115/1.3119501; ISO 25178-2 (power spectral density).
+    """
+
+    name: ClassVar[str] = "spectrum"
+    frequencies: Floats = field(metadata={"unit": "1/mm"})
+    psd: Floats = field(metadata={"unit": "mm³"})
+    angle: float = field(default=0.0, metadata=RAD)
+
+    def __post_init__(self) -> None:
+        """Check the spectrum."""
+        frequencies = frozen(self.frequencies, shape=(None,), name="FromSpectrum: frequencies")
+        psd = frozen(self.psd, shape=(len(frequencies),), name="FromSpectrum: psd")
+        if len(frequencies) < 2 or frequencies[0] <= 0 or (np.diff(frequencies) <= 0).any():
+            raise DeviationError("FromSpectrum: frequencies must be positive and increasing, two or more")
+        if (psd < 0).any() or not psd.any():
+            raise DeviationError("FromSpectrum: psd must be 0 or more, and more than 0 somewhere")
+        object.__setattr__(self, "frequencies", frequencies)
+        object.__setattr__(self, "psd", psd)
+        object.__setattr__(self, "angle", finite(self.angle, "angle", "rad", self))
+
+    @property
+    def variance(self) -> float:
+        """Variance of the profile [mm²]."""
+        return float((self.psd * _widths(self.frequencies)).sum())
+
+    def prepare(self, nominal: NominalModel, features: Sequence[Feature] | None = None) -> Sampler:
+        """Tabulate the waves on every feature."""
+        chosen = tuple(nominal.features if features is None else features)
+        waves = np.sqrt(self.psd * _widths(self.frequencies))[:, None]
+        blocks = []
+        for feature in chosen:
+            phase = 2 * np.pi * self.frequencies[:, None] * _along(feature, self.angle)
+            blocks.append(np.concatenate([waves * np.cos(phase), waves * np.sin(phase)]).astype(np.float32))
+        return _ProfileSampler(nominal.n_samples, [feature.rows for feature in chosen], blocks)
+
+
+def _widths(frequencies: Floats) -> Floats:
+    """Trapezoidal weights."""
+    steps = np.diff(frequencies)
+    return np.asarray(0.5 * (np.append(steps, 0.0) + np.insert(steps, 0, 0.0)))
+
+
+class _ProfileSampler(LinearSampler):
+    """Own waves on each feature."""
+
+    def __init__(self, n_samples: int, rows: Sequence[slice], blocks: Sequence[NDArray[np.float32]]) -> None:
+        latent = sum(len(block) for block in blocks)
+        super().__init__(np.arange(n_samples), np.ones(n_samples), latent, n_samples)
+        self.rows, self.blocks = tuple(rows), tuple(blocks)
+
+    def colour(self, noise: NDArray[np.float32], out: NDArray[np.float32]) -> None:
+        """Multiply each feature's noise by its waves."""
+        out[:] = 0.0
+        start = 0
+        for rows, block in zip(self.rows, self.blocks, strict=True):
+            out[:, rows] = noise[:, start : start + len(block)] @ block
+            start += len(block)
+
+
+@register
+@dataclass(frozen=True, eq=False, repr=False)
+class Fractal(DeviationModel):
+    """A self-affine surface between two lengths: a sum of Gaussian fields, an octave apart, sigma_k ~ l_k^H.
+
+    Its structure function grows like d^(2 H) between the two lengths.
+
+    Parameters
+    ----------
+    sigma : float
+        Standard deviation of the whole [mm], > 0.
+    hurst : float
+        Hurst exponent H, over 0 and below 1; small is rough.
+    longest, shortest : float
+        Correlation lengths of the first and last octave [mm].
+
+    References
+    ----------
+    Mandelbrot, Van Ness: Fractional Brownian motions, fractional noises and applications, SIAM Rev. 10
+    (1968), doi:10.1137/1010093.
+
+    Examples
+    --------
+    >>> len(Fractal(0.01, 0.7, longest=40, shortest=5).octaves().terms)
+    4
+    """
+
+    name: ClassVar[str] = "fractal"
+    sigma: float = field(metadata=MM)
+    hurst: float
+    longest: float = field(metadata=MM)
+    shortest: float = field(metadata=MM)
+
+    def __post_init__(self) -> None:
+        """Check the parameters."""
+        for key in ("sigma", "longest", "shortest"):
+            object.__setattr__(self, key, positive(getattr(self, key), key, "mm", self))
+        if not 0 < finite(self.hurst, "hurst", "", self) < 1:
+            raise DeviationError(f"Fractal: hurst must be over 0 and below 1, got {self.hurst}")
+        if self.shortest > self.longest:
+            raise DeviationError(
+                f"Fractal: shortest {self.shortest:.6g} mm is longer than longest {self.longest:.6g} mm"
+            )
+
+    def octaves(self) -> SumModel:
+        """Return the Gaussian fields it is the sum of."""
+        count = int(np.floor(np.log2(self.longest / self.shortest) + 1e-9)) + 1
+        lengths = self.longest / 2.0 ** np.arange(count)
+        weights = lengths**self.hurst
+        weights *= self.sigma / np.sqrt((weights**2).sum())
+        return SumModel(
+            tuple(
+                GaussianField(float(sigma), float(length))
+                for sigma, length in zip(weights, lengths, strict=True)
+            )
+        )
+
+    def prepare(self, nominal: NominalModel, features: Sequence[Feature] | None = None) -> Sampler:
+        """Prepare the octaves."""
+        return self.octaves().prepare(nominal, features)
