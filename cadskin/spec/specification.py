@@ -152,6 +152,13 @@ class Specification:
         known = ", ".join(datum.letter for datum in self.datums) or "none"
         raise SelectionError(f"no datum has the letter {letter!r}; there are {known}")
 
+    @property
+    def general(self) -> Tolerance | None:
+        """The tolerance of faces that have none of their own: the default, else the first general one."""
+        if self.default is not None:
+            return self.default
+        return next((item for item in self.tolerances if item.scope in ("general", "all_over")), None)
+
     def on_face(self, face: int) -> tuple[Tolerance, ...]:
         """Return the tolerances on one B-rep face."""
         return tuple(tolerance for tolerance in self.tolerances if face in tolerance.feature.faces)

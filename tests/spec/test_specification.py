@@ -255,6 +255,14 @@ def test_plain_data_has_the_promised_fields():
     assert set(spec.to_dict()) >= {"tolerances", "datums", "dimensions", "unresolved"}
 
 
+def test_the_general_tolerance():
+    default = surface_profile(None, 0.5)
+    assert Specification(flatness(0, 0.1)).general is None
+    assert Specification(flatness(0, 0.1), default=default).general is default
+    stated = surface_profile(None, 0.8, id="note")
+    assert Specification(flatness(0, 0.1), stated).general == stated
+
+
 def test_table_lists_everything():
     spec = Specification(flatness(">Z", 0.02), datums={"A": "<Z"}, dimensions=[size(3, 8, fit="H7")])
     text = spec.table()
