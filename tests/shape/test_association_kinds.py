@@ -250,3 +250,56 @@ def test_not_unique_is_said():
     flat = CompositeModel((Patch(PLANE, base),), cloud, np.zeros(len(cloud), dtype=int))
     assert not minimax(flat, base, (0, 1, 2, 3, 4, 5), "symmetric").unique
     assert minimax(flat, base, (2, 3, 4), "symmetric").unique
+
+
+@pytest.mark.parametrize("name", ["cylinder", "cone", "sphere", "torus"])
+def test_no_linear_program_improves_the_minimum_zone(name):
+    """HiGHS on distances linearised by finite differences: an oracle that shares no code with the kernel."""
+    make, _ = CASES[name]
+    points = make(np.random.default_rng(21))
+    found = associate(points, name, "C")
+    pose, h = found.pose, 1e-6
+    kernel, free = {
+        "cylinder": (1, (0, 1, 3, 4)),
+        "sphere": (2, (0, 1, 2)),
+        "cone": (3, (0, 1, 3, 4, 7)),
+        "torus": (4, (0, 1, 2, 3, 4, 7)),
+    }[name]
+    from cadskin.shape.association._kernels import distances
+
+    def at(step):
+        moved = pose.moved(step)
+        return distances(points, kernel, moved.origin, moved.axes, moved.shape)
+
+    columns = [(at(h * e) - at(-h * e)) / (2 * h) for e in np.eye(8)[list(free)]]
+    jacobian, value = np.column_stack(columns), at(np.zeros(8))
+    one, zero = np.ones((len(points), 1)), np.zeros((len(points), 1))
+    solved = linprog(
+        np.r_[np.zeros(len(free)), 1, -1],
+        A_ub=np.concatenate([np.hstack([jacobian, -one, zero]), np.hstack([-jacobian, zero, one])]),
+        b_ub=np.concatenate([-value, value]),
+        bounds=[(-0.01, 0.01)] * len(free) + [(None, None)] * 2,
+        method="highs",
+    )
+    assert solved.fun == pytest.approx(found.value, abs=1e-8)
+
+
+@pytest.mark.parametrize("kind", ["plane", "sphere"])
+def test_conic_solver_agrees(kind):
+    """Clarabel through cvxpy: minimum circumscribed sphere (second-order cones), flatness (linear)."""
+    cvxpy = pytest.importorskip("cvxpy", reason="the conic oracle needs cvxpy with Clarabel")
+    rng = np.random.default_rng(8)
+    if kind == "sphere":
+        points = wavy_sphere(rng, n=200)
+        centre, radius = cvxpy.Variable(3), cvxpy.Variable()
+        problem = cvxpy.Problem(cvxpy.Minimize(radius), [cvxpy.norm(points - centre, axis=1) <= radius])
+        problem.solve(solver="CLARABEL")
+        assert associate(points, "sphere", "N").value == pytest.approx(problem.value, abs=1e-7)
+        return
+    found = associate(wavy_plane(rng), "plane")
+    local = found.pose.local(wavy_plane(np.random.default_rng(8)))
+    tilt, top, bottom = cvxpy.Variable(2), cvxpy.Variable(), cvxpy.Variable()
+    height = local[:, 2] - local[:, :2] @ tilt
+    problem = cvxpy.Problem(cvxpy.Minimize(top - bottom), [height <= top, height >= bottom])
+    problem.solve(solver="CLARABEL")
+    assert found.value == pytest.approx(problem.value, abs=1e-7)

@@ -49,7 +49,14 @@ def start_poses(points: Points, kind: int, *, axis: Vectors | None = None) -> li
         return [Pose(centre + middle, np.eye(3), np.array([radius, 0.0]))]
     sample = points[:: max(1, len(points) // _SAMPLE)]
     axes = [np.asarray(axis, dtype=np.float64)] if axis is not None else _directions(directions)
-    found = [pose for a in axes for pose in _starts_about(sample, centre, a, kind)]
+    found, refused = [], None
+    for direction in axes:
+        try:
+            found += _starts_about(sample, centre, direction, kind)
+        except AssociationError as error:  # seen from here the points are on a line: not this direction
+            refused = error
+    if not found and refused is not None:
+        raise refused
     return [*found, *_patch_starts(sample, kind)] if kind != CYLINDER or axis is None else found
 
 
