@@ -13,9 +13,15 @@ from cadskin.stats.diagnostics import (
     parallel_analysis,
     specificity,
 )
+from cadskin.stats.field_alignment import align_fields, aligned_ensemble
+from cadskin.stats.landmarks import LandmarkGrid, landmark_grid
+from cadskin.stats.measured import MeasuredPart, measure, nearest_samples
 from cadskin.stats.model import StatisticalShapeModel
 from cadskin.stats.population import sample_areas
 from cadskin.stats.posterior import Posterior
+from cadskin.stats.procrustes import Procrustes, generalised_procrustes
+from cadskin.stats.registration import Alignment, Registration, register
+from cadskin.stats.rigid import RigidMotion, best_motion
 from cadskin.stats.robust import (
     RobustScatter,
     minimum_covariance_determinant,
@@ -25,20 +31,34 @@ from cadskin.stats.robust import (
 )
 
 __all__ = [
+    "Alignment",
     "Generalisation",
+    "LandmarkGrid",
+    "MeasuredPart",
     "Membership",
     "Posterior",
+    "Procrustes",
+    "Registration",
+    "RigidMotion",
     "RobustScatter",
     "StatisticalShapeModel",
+    "align_fields",
+    "aligned_ensemble",
+    "best_motion",
     "compactness",
+    "generalised_procrustes",
     "influence",
+    "landmark_grid",
     "leave_one_out",
     "load_shape_model",
+    "measure",
     "membership",
     "minimum_covariance_determinant",
+    "nearest_samples",
     "parallel_analysis",
     "part_weights",
     "pointwise_median",
+    "register",
     "sample_areas",
     "specificity",
     "trimmed_mean",
