@@ -75,10 +75,13 @@ def main() -> None:
         "SE l=12 two_level": GaussianField(0.01, 12, method="two_level"),
         "Matern 5/2 l=12": GaussianField(0.01, 12, "matern52"),
         "Matern 3/2 l=12": GaussianField(0.01, 12, "matern32"),
+        "Whittle, surface": GaussianField(0.01, 12, "whittle", metric="surface"),
+        "SE l=12, surface": GaussianField(0.01, 12, metric="surface"),
     }
     seeds = [np.random.SeedSequence(1, spawn_key=(i,)) for i in range(arguments.samples)]
     for model in models.values():  # compile
         model.sample(plane(1_000), size=2)
+    history: dict[str, list[tuple[float, float, float]]] = {label: [] for label in models}
     for count in arguments.points:
         part = plane(count)
         out = np.ones((arguments.samples, part.n_samples))
@@ -90,9 +93,17 @@ def main() -> None:
             sampler = model.prepare(part)
             setup = time.process_time() - start
             each = best(sampler.fill, seeds, out) / arguments.samples
+            history[label].append((part.n_samples, setup, each))
             print(
                 f"  {label:18s} set-up {setup:7.3f} s, {each * 1e3:8.4f} ms per sample, "
                 f"{reference / each:5.2f} x numpy's white noise; {'; '.join(sampler.notes)}"
+            )
+    for label, rows in history.items():
+        if len(rows) > 1:
+            points, setups, times = np.log(np.array(rows)).T
+            growth = [np.polyfit(points, cost, 1)[0] for cost in (setups, times)]
+            print(
+                f"{label:18s} grows like n^{growth[0]:.2f} (set-up) and n^{growth[1]:.2f} (further samples)"
             )
 
 

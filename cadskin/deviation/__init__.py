@@ -30,6 +30,7 @@ from cadskin.deviation.given import FromArray, FromFE, FromFunction, Towards
 from cadskin.deviation.kernels import correlation
 from cadskin.deviation.modal import KarhunenLoeve, Modes
 from cadskin.deviation.noise import WhiteNoise
+from cadskin.deviation.randomised import Randomised
 from cadskin.deviation.rigid import Bend, Shift, SizeOffset, Taper, Thermal, Tilt, Torsor, Twist
 from cadskin.deviation.texture import Fractal, FromSpectrum, Lobing, Waviness
 
@@ -52,6 +53,7 @@ __all__ = [
     "Modes",
     "Paraboloid",
     "Quadric",
+    "Randomised",
     "Saddle",
     "Sampler",
     "ScaledModel",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -48,6 +48,12 @@ class PatchPoints:
     triangles: Triangles
     samples: Ints
     point_of_sample: Ints
+
+    def compressed(self, direction: tuple[float, float, float], ratio: float) -> PatchPoints:
+        """Return a copy whose extent along a direction is divided by ``ratio``."""
+        axis = np.array(direction) / np.linalg.norm(direction)
+        points = self.points + np.outer(self.points @ axis * (1.0 / ratio - 1.0), axis)
+        return replace(self, points=points)
 
     @cached_property
     def edge_length(self) -> float:

@@ -26,6 +26,7 @@ __all__ = [
     "Sampler",
     "ScaledModel",
     "SumModel",
+    "child_sequence",
     "from_dict",
     "model_class",
     "model_names",
@@ -71,7 +72,7 @@ class Sampler(ABC):
         if size < 0:
             raise DeviationError(f"size must be zero or more, got {size}")
         seed = seed_sequence(rng)
-        return self.draw([_spawned(seed, i) for i in range(size)])
+        return self.draw([child_sequence(seed, i) for i in range(size)])
 
 
 class FixedSampler(Sampler):
@@ -286,12 +287,14 @@ class _SumSampler(Sampler):
         self.notes = tuple(note for term in self.terms for note in term.notes)
 
     def fill(self, seeds: Sequence[np.random.SeedSequence], out: Floats) -> None:
-        self.terms[0].fill([_spawned(seed, 0) for seed in seeds], out)
+        self.terms[0].fill([child_sequence(seed, 0) for seed in seeds], out)
         extra = np.zeros((min(BLOCK, len(seeds)), self.n_samples))
         for t, term in enumerate(self.terms[1:], start=1):
             for start in range(0, len(seeds), BLOCK):
                 rows = out[start : start + BLOCK]
-                term.fill([_spawned(seed, t) for seed in seeds[start : start + BLOCK]], extra[: len(rows)])
+                term.fill(
+                    [child_sequence(seed, t) for seed in seeds[start : start + BLOCK]], extra[: len(rows)]
+                )
                 rows += extra[: len(rows)]
 
 
@@ -375,7 +378,7 @@ class _MaskedSampler(Sampler):
         out[:, self.outside] = 0.0
 
 
-def _spawned(seed: np.random.SeedSequence, index: int) -> np.random.SeedSequence:
+def child_sequence(seed: np.random.SeedSequence, index: int) -> np.random.SeedSequence:
     """Child ``index`` of a seed sequence, without spawning (see `cadskin._random.child`)."""
     return np.random.SeedSequence(seed.entropy, spawn_key=(*seed.spawn_key, index), pool_size=seed.pool_size)
 

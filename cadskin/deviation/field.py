@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -54,7 +54,11 @@ class GaussianField(DeviationModel):
         has the same kernel. ``auto``: euclidean, but surface for a patch that comes back to itself within
         a length (a thin wall with round edges). ``geodesic`` is refused on curved patches, see Raises.
     method : str
-        ``auto``, or one route: ``dense``, ``karhunen_loeve``, ``two_level``, ``vecchia``.
+        ``auto``, or one route: ``dense``, ``karhunen_loeve``, ``grid``, ``two_level``, ``vecchia``.
+    anisotropy : float
+        Correlation length along ``direction`` over ``length``: 3 for marks three times as long as wide.
+    direction : (3,) float
+        Direction in space of the longer marks, for an ``anisotropy`` other than 1; euclidean metric only.
 
     Raises
     ------
@@ -80,12 +84,18 @@ class GaussianField(DeviationModel):
     kernel: str = "squared_exponential"
     metric: str = "auto"
     method: str = "auto"
+    anisotropy: float = 1.0
+    direction: tuple[float, float, float] = (1.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
         """Check the parameters."""
         object.__setattr__(self, "sigma", _checked_sigma(self.sigma, self))
         object.__setattr__(self, "length", positive(self.length, "length", "mm", self))
         kernel_code(self.kernel)
+        object.__setattr__(self, "anisotropy", positive(self.anisotropy, "anisotropy", "", self))
+        object.__setattr__(self, "direction", _checked_direction(self.direction))
+        if self.anisotropy != 1.0 and self.metric == "surface":
+            raise DeviationError("GaussianField: anisotropy needs metric='euclidean', not 'surface'")
         for value, known, what in ((self.metric, METRICS, "metric"), (self.method, METHODS, "method")):
             if value not in known:
                 raise DeviationError(
@@ -96,7 +106,11 @@ class GaussianField(DeviationModel):
         """Choose a route for each smooth patch and set it up."""
         patches = patch_points(nominal, features)
         _warn_of_scale(self, nominal, patches)
-        fields = [make_field(patch, self.length, self.kernel, self.metric, self.method) for patch in patches]
+        metric, stretched = self.metric, patches
+        if self.anisotropy != 1.0:
+            metric = "euclidean" if metric == "auto" else metric
+            stretched = [patch.compressed(self.direction, self.anisotropy) for patch in patches]
+        fields = [make_field(patch, self.length, self.kernel, metric, self.method) for patch in stretched]
         scale = _sigma_of_samples(self.sigma, nominal)
         return PatchwiseSampler(patches, fields, scale)
 
@@ -112,7 +126,7 @@ class GaussianField(DeviationModel):
         if not callable(self.sigma):
             return super().__str__()
         called = getattr(self.sigma, "__name__", "function")
-        rest = str(GaussianField(1.0, self.length, self.kernel, self.metric, self.method))
+        rest = str(replace(self, sigma=1.0))
         return rest.replace("sigma=1 mm", f"sigma={called}(points)")
 
     __repr__ = __str__
@@ -158,6 +172,15 @@ def _checked_sigma(sigma: Any, owner: object) -> Any:
     if (values < 0).any() or not (values > 0).any():
         raise DeviationError("GaussianField: sigma must be 0 or more everywhere and more than 0 somewhere")
     return values
+
+
+def _checked_direction(direction: Any) -> tuple[float, float, float]:
+    values = np.asarray(direction, dtype=np.float64)
+    if values.shape != (3,) or not np.isfinite(values).all() or not values.any():
+        raise DeviationError(
+            f"GaussianField: direction must be three numbers, not all zero, got {direction!r}"
+        )
+    return float(values[0]), float(values[1]), float(values[2])
 
 
 def _sigma_of_samples(sigma: float | Floats | Callable[..., Any], nominal: NominalModel) -> Floats:

@@ -164,3 +164,16 @@ def test_warnings_of_scale(coarse):
     assert np.ptp(values) < 0.02 * SIGMA
     with pytest.warns(CadskinWarning, match=r"fewer than four vertices.*use edge_length=0.75"):
         GaussianField(SIGMA, 3.0).sample(coarse)
+
+
+def test_anisotropy(coarse):
+    """Three times longer along y: the kernel of the compressed distance."""
+    model = GaussianField(SIGMA, 9.0, "matern32", anisotropy=3.0, direction=(0, 2, 0))
+    found = covariance_of(model.prepare(coarse))
+    points = coarse.surface.points[coarse.samples.vertex_ids] / [1, 3, 1]
+    assert np.abs(found - expected(points, 9.0, "matern32")).max() < 1e-5 * SIGMA**2
+    assert str(model).endswith("anisotropy=3, direction=(0.0, 2.0, 0.0))")
+    with pytest.raises(DeviationError, match="direction must be three numbers"):
+        GaussianField(SIGMA, 9.0, anisotropy=2.0, direction=(0, 0, 0))
+    with pytest.raises(DeviationError, match="needs metric='euclidean'"):
+        GaussianField(SIGMA, 9.0, anisotropy=2.0, metric="surface")

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 import pytest
+from scipy import stats
 from surfaces import plane, two_planes
 
 from cadskin.deviation import (
     DeviationModel,
     GaussianField,
     Paraboloid,
+    Randomised,
     WhiteNoise,
+    base,
     from_dict,
     model_class,
     model_names,
@@ -159,3 +163,53 @@ def test_white_noise_law():
     assert abs(values.var() / 0.02**2 - 1) < 4 * np.sqrt(2 / n)
     spread = np.ptp(values, axis=1).mean() / 0.02
     assert 6.8 < spread < 7.2  # 2501 points; the paper's 2392 points have 6.98
+
+
+def test_random_amplitudes(wall):
+    """Factors follow the distribution (KS, level 1e-4) and do not depend on the batch."""
+    model = Randomised(Paraboloid(0.02), "gamma", (4.0, 0.0, 0.25))
+    values = model.sample(wall, size=2000, rng=3)
+    factors = np.ptp(values[:, wall.feature("low").rows], axis=1) / 0.02
+    assert stats.kstest(factors, stats.gamma(4.0, 0.0, 0.25).cdf).pvalue > 1e-4
+    assert np.array_equal(values[:3], model.sample(wall, size=3, rng=3))
+    assert from_dict(model.to_dict()) == model
+
+
+@pytest.mark.parametrize(
+    ("distribution", "arguments", "message"),
+    [
+        ("normal", (), "no continuous distribution"),
+        ("gamma", (-1.0,), "does not take"),
+        ("norm", (1, 2, 3, 4), "4 arg"),
+    ],
+)
+def test_bad_distributions(distribution, arguments, message):
+    with pytest.raises(DeviationError, match=message):
+        Randomised(NOISE, distribution, arguments)
+
+
+def test_workers_do_not_matter(wall):
+    """Five samples at a time by four threads, in any order, give the same bits as one call."""
+    sampler = (FIELD + NOISE).prepare(wall)
+    children = np.random.SeedSequence(7).spawn(40)
+    with ThreadPoolExecutor(4) as pool:
+        parts = list(pool.map(sampler.draw, [children[k : k + 5] for k in range(0, 40, 5)]))
+    assert np.array_equal(np.concatenate(parts), (FIELD + NOISE).sample(wall, size=40, rng=7))
+
+
+def test_models_of_third_parties_are_found_by_their_entry_point(monkeypatch):
+    @dataclass(frozen=True, eq=False, repr=False)
+    class Foreign(DeviationModel):
+        name: ClassVar[str] = "foreign"
+        value: float = 1.0
+
+        def prepare(self, nominal, features=None):
+            return base.FixedSampler(np.full(nominal.n_samples, self.value))
+
+    class Point:
+        def load(self):
+            return Foreign
+
+    monkeypatch.setattr(base, "entry_points", lambda group, name: [Point()] if name == "foreign" else [])
+    monkeypatch.setattr(base, "_REGISTRY", dict(base._REGISTRY))
+    assert from_dict({"foreign": {"value": 2.0}}) == Foreign(2.0)
