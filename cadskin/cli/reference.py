@@ -33,7 +33,7 @@ def command(
     import numpy as np
 
     from cadskin.errors import SpecificationError
-    from cadskin.verify.reference import write_references
+    from cadskin.verify.reference_files import write_references
 
     if sampling not in ("random", "grid", "sections"):
         raise SpecificationError(f"unknown sampling {sampling!r}; choose random, grid or sections")

@@ -12,7 +12,8 @@ import pytest
 from cadskin.errors import SpecificationError
 from cadskin.shape.association import associate
 from cadskin.verify import evaluate_case, read_case
-from cadskin.verify.reference import CHARACTERISTICS, reference_set, write_references
+from cadskin.verify.reference import CHARACTERISTICS, reference_set
+from cadskin.verify.reference_files import write_references
 
 
 @pytest.mark.parametrize("characteristic", CHARACTERISTICS)
