@@ -11,7 +11,7 @@ from cadskin.errors import SpecificationError
 from cadskin.shape.association import Pose
 
 if TYPE_CHECKING:
-    from cadskin._typing import Points, Vectors
+    from cadskin._typing import Floats, Points, Vectors
 
 __all__ = [
     "DatumCriterion",
@@ -48,6 +48,8 @@ class DatumFeature:
         Only needed for ``standard="custom"``.
     opposite : (m, 3) float, optional
         Points of the second face of a width.
+    radii : (n,) float, optional
+        For a common datum of coaxial cylinders (A-B): the nominal radius at each point [mm].
     """
 
     label: str
@@ -57,6 +59,7 @@ class DatumFeature:
     hint: Vectors | None = None
     criterion: DatumCriterion | None = None
     opposite: Points | None = None
+    radii: Floats | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,12 +24,12 @@ from cadskin.verify.datum_types import (
     Standard,
     criterion_of,
 )
-from cadskin.verify.zones import plane_patch, solve
+from cadskin.verify.zones import line_patch, plane_patch, solve
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from cadskin._typing import Points, Vectors
+    from cadskin._typing import Floats, Points, Vectors
 
 __all__ = [
     "DatumCriterion",
@@ -183,6 +183,8 @@ def _round(feature: DatumFeature, criterion: DatumCriterion, along: Vectors | No
     }.get(criterion)
     if word is None:
         raise SpecificationError(f"datum {feature.label}: no {criterion} of a {feature.kind}")
+    if feature.radii is not None:
+        return _common_axis(feature, criterion)
     if feature.kind == "sphere":
         ball = associate(feature.points, "sphere", word)
         return _established(feature, ball, np.zeros(3), criterion)
@@ -198,6 +200,52 @@ def _round(feature: DatumFeature, criterion: DatumCriterion, along: Vectors | No
     raise AssociationError(
         "only a secondary cylinder parallel to the direction before it is constrained in orientation"
     )
+
+
+def _common_axis(feature: DatumFeature, criterion: DatumCriterion) -> EstablishedDatum:
+    """Return the axis of several coaxial cylinders associated together, each from its nominal radius.
+
+    External: the largest overshoot over the nominal radii is least; internal: the largest intrusion is.
+    """
+    radii, points = np.asarray(feature.radii), np.asarray(feature.points)
+    if criterion not in ("inscribed", "circumscribed") or feature.hint is None:
+        raise SpecificationError(
+            f"datum {feature.label}: a common axis is associated from inside or outside, "
+            "from a known direction"
+        )
+    sign = -1.0 if criterion == "inscribed" else 1.0
+    along = np.array([0.0, 0.0, 1.0])
+    parts = [
+        (line_patch(along, radius=float(radius), sign=sign), points[radii == radius])
+        for radius in np.unique(radii)
+    ]
+    found = solve(
+        parts, _seat_frame(points, radii, feature.hint), (0, 1, 3, 4), "upper", what=f"datum {feature.label}"
+    )
+    return EstablishedDatum(
+        feature.label, "cylinder", found.pose.origin, found.pose.axis, None, criterion, found.certified
+    )
+
+
+def _seat_frame(points: Points, radii: Floats, hint: Vectors) -> Pose:
+    """Return a start: the line of least squares through the circle centres of the seats."""
+    axes = frame_about(hint)
+    centres, weights = [], []
+    for radius in np.unique(radii):
+        part = points[radii == radius]
+        local = (part - part.mean(axis=0)) @ axes
+        design = np.column_stack([2 * local[:, :2], np.ones(len(part))])
+        middle = np.linalg.lstsq(design, (local[:, :2] ** 2).sum(axis=1), rcond=None)[0]
+        centres.append(part.mean(axis=0) + axes[:, :2] @ middle[:2])
+        weights.append(len(part))
+    centre = np.average(centres, axis=0, weights=weights)
+    spread = np.array(centres) - centre
+    direction = axes[:, 2]
+    if np.abs(spread @ direction).max() > 1.0:
+        across = spread @ axes
+        slope = (across[:, 2] @ across[:, :2]) / (across[:, 2] @ across[:, 2])
+        direction = axes @ np.array([slope[0], slope[1], 1.0])
+    return Pose(centre, frame_about(direction), np.zeros(2))
 
 
 def _established(

@@ -135,7 +135,9 @@ def feature_of_datum(label: str, features: Sequence[Feature], take: object) -> D
     if isinstance(first.ideal, Plane):
         return DatumFeature(label, "plane", cloud, hint=first.faces[0].normal)
     if isinstance(first.ideal, Cylinder):
-        return DatumFeature(label, "cylinder", cloud, first.internal, first.ideal.axis)
+        sizes = [feature.ideal.radius for feature in features]  # type: ignore[union-attr]
+        radii = np.repeat(sizes, [len(p) for p in points]) if len(set(sizes)) > 1 else None
+        return DatumFeature(label, "cylinder", cloud, first.internal, first.ideal.axis, radii=radii)
     if isinstance(first.ideal, Sphere):
         return DatumFeature(label, "sphere", cloud, first.internal)
     raise SpecificationError(
@@ -144,11 +146,11 @@ def feature_of_datum(label: str, features: Sequence[Feature], take: object) -> D
 
 
 def _coaxial(features: Sequence[Feature]) -> bool:
-    """Tell whether features are cylinders of one axis and one radius (a common datum A-B)."""
+    """Tell whether features are cylinders of one axis (a common datum A-B)."""
     first = features[0].ideal
     return isinstance(first, Cylinder) and all(
         isinstance(feature.ideal, Cylinder)
-        and abs(feature.ideal.radius - first.radius) < 1e-9
+        and feature.internal == features[0].internal
         and np.linalg.norm(np.cross(feature.ideal.axis, first.axis)) < 1e-9
         and np.linalg.norm(np.cross(feature.ideal.origin - first.origin, first.axis)) < 1e-6
         for feature in features
