@@ -67,8 +67,13 @@ _HOMES = {
     "simulate_ensemble": "cadskin.skin",
     "simulate_in_profile_zone": "cadskin.skin",
     "weld": "cadskin.skin",
-    # statistics of populations
+    # measured parts and statistics of populations
+    "read_points": "cadskin.cad.measured",
+    "read_qif": "cadskin.cad.measured",
+    "MeasuredPart": "cadskin.stats",
     "StatisticalShapeModel": "cadskin.stats",
+    "measure": "cadskin.stats",
+    "register": "cadskin.stats",
     # out
     "picture": "cadskin.view",
     "sheet": "cadskin.view",
@@ -88,6 +93,8 @@ if TYPE_CHECKING:
     from cadskin.cad import nominals as nominals
     from cadskin.cad import read_parts as read_parts
     from cadskin.cad import read_pmi as read_pmi
+    from cadskin.cad.measured import read_points as read_points
+    from cadskin.cad.measured import read_qif as read_qif
     from cadskin.cad import write_step as write_step
     from cadskin.deviation import DeviationModel as DeviationModel
     from cadskin.deviation import GaussianField as GaussianField
@@ -133,7 +140,10 @@ if TYPE_CHECKING:
     from cadskin.spec import surface_profile as surface_profile
     from cadskin.spec import symmetry as symmetry
     from cadskin.spec import total_runout as total_runout
+    from cadskin.stats import MeasuredPart as MeasuredPart
     from cadskin.stats import StatisticalShapeModel as StatisticalShapeModel
+    from cadskin.stats import measure as measure
+    from cadskin.stats import register as register
     from cadskin.view import picture as picture
     from cadskin.view import sheet as sheet
     from cadskin.view import to_pyvista as to_pyvista
