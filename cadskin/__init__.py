@@ -93,9 +93,9 @@ if TYPE_CHECKING:
     from cadskin.cad import nominals as nominals
     from cadskin.cad import read_parts as read_parts
     from cadskin.cad import read_pmi as read_pmi
+    from cadskin.cad import write_step as write_step
     from cadskin.cad.measured import read_points as read_points
     from cadskin.cad.measured import read_qif as read_qif
-    from cadskin.cad import write_step as write_step
     from cadskin.deviation import DeviationModel as DeviationModel
     from cadskin.deviation import GaussianField as GaussianField
     from cadskin.deviation import Paraboloid as Paraboloid
