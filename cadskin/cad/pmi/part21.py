@@ -309,6 +309,6 @@ def read_part21(path: str | Path, *, max_bytes: int = MAX_BYTES) -> Part21File:
         data = file.read_bytes()
     except OSError as error:
         raise ReadError(f"cannot read {file}: {error.strerror or error}") from error
-    if not data.strip():
+    if not data or data.isspace():
         raise ReadError(f"{file.name} is empty")
     return Part21File(data, file.name)

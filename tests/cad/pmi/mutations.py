@@ -25,18 +25,25 @@ def _span(rng, text, longest):
 def swap_references(rng, text):
     """Let some references point elsewhere: to other kinds, to themselves, to nothing."""
     found = list(_REFERENCE.finditer(text))
+    if not found:
+        return text
     match, other = _pick(rng, found), _pick(rng, found)
     return text[: match.start()] + other[0] + text[match.end() :]
 
 
 def swap_keywords(rng, text):
     found = list(_KEYWORD.finditer(text))
+    if not found:
+        return text
     match, other = _pick(rng, found), _pick(rng, found)
     return text[: match.start()] + other[0] + text[match.end() :]
 
 
 def change_numbers(rng, text):
-    match = _pick(rng, list(_NUMBER.finditer(text)))
+    found = list(_NUMBER.finditer(text))
+    if not found:
+        return text
+    match = _pick(rng, found)
     value = [b"0.", b"-1.", b"1.E308", b"-1.E308", b"1.E999", b"1.E-320", b"17"][int(rng.integers(7))]
     return text[: match.start()] + value + text[match.end() :]
 
