@@ -21,7 +21,9 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from cadskin._typing import Floats, Progress, RNGLike
+    from cadskin.conform.policy import Policies
     from cadskin.shape import NominalModel
+    from cadskin.spec import Specification
 
 __all__ = ["child_seed", "simulate", "simulate_ensemble"]
 
@@ -32,17 +34,24 @@ def simulate(
     nominal: NominalModel,
     model: DeviationModel | ArrayLike,
     *,
+    spec: Specification | None = None,
+    conform: Policies = "conditioned",
     rng: RNGLike = None,
     check: bool = True,
     progress: Progress | None = None,
 ) -> SkinModel:
-    """Make one skin model shape.
+    """Make one skin model shape, on request one that meets its tolerances.
 
     Parameters
     ----------
     nominal : NominalModel
     model : DeviationModel or (n_c,) array_like of float
         A deviation model, or the deviations themselves [mm].
+    spec : Specification, optional
+        Tolerances that the part shall meet: it follows the law of the model given that they are met, and is
+        verified on its welded mesh; see `cadskin.conform.simulate_conforming`.
+    conform : str, Conformity, or mapping of tolerance id to either
+        How they are met: ``conditioned``, ``cadskin.conform.target(0.02)``, ``scale``, ``reject``, ``none``.
     rng : int, SeedSequence, BitGenerator, Generator or None
         The skin model is sample 0 of the ensemble of this seed.
     check : bool
@@ -60,6 +69,8 @@ def simulate(
         The skin model intersects itself; the message says where. Or an array of the wrong length.
     DeviationError
         ``model`` is neither a deviation model nor numbers.
+    ConformityError
+        No part that meets ``spec`` was found; the message names the tolerance that binds.
 
     Examples
     --------
@@ -69,7 +80,9 @@ def simulate(
     >>> skin.closed, len(skin.deviation) == part.n_samples
     (True, True)
     """
-    return simulate_ensemble(nominal, model, size=1, rng=rng, check=check, progress=progress)[0]
+    return simulate_ensemble(
+        nominal, model, size=1, spec=spec, conform=conform, rng=rng, check=check, progress=progress
+    )[0]
 
 
 def simulate_ensemble(
@@ -77,6 +90,8 @@ def simulate_ensemble(
     model: DeviationModel | ArrayLike,
     *,
     size: int,
+    spec: Specification | None = None,
+    conform: Policies = "conditioned",
     rng: RNGLike = None,
     check: bool = True,
     progress: Progress | None = None,
@@ -92,7 +107,7 @@ def simulate_ensemble(
         An array gives ``size`` equal skin models.
     size : int
         Number of skin models.
-    rng, check, progress
+    spec, conform, rng, check, progress
         As for `simulate`.
 
     Raises
@@ -101,7 +116,22 @@ def simulate_ensemble(
         A skin model intersects itself; the message says which one and where.
     DeviationError
         ``model`` is neither a deviation model nor numbers, or ``size`` is negative.
+    ConformityError
+        No part that meets ``spec`` was found.
     """
+    if spec is not None:
+        from cadskin.conform import simulate_conforming  # delegates upwards (DESIGN.md, decision 13)
+
+        return simulate_conforming(
+            nominal,
+            model,  # type: ignore[arg-type]  # anything but a model is refused there
+            spec,
+            size=size,
+            rng=rng,
+            conform=conform,
+            check=check,
+            progress=progress,
+        )
     if size < 0:
         raise DeviationError(f"size must be zero or more, got {size}")
     report(progress, 0, size)

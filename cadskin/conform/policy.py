@@ -1,0 +1,129 @@
+"""How a tolerance is met: by the conditional law, on a value, by scaling, by rejecting parts, or not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from math import isfinite
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args
+
+from cadskin.errors import SpecificationError
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from cadskin.spec import Specification
+
+__all__ = ["Conformity", "Method", "Policies", "policies_of", "target"]
+
+Method: TypeAlias = Literal["conditioned", "target", "scale", "reject", "none"]
+Policies: TypeAlias = "str | Conformity | Mapping[str, str | Conformity]"
+
+
+@dataclass(frozen=True)
+class Conformity:
+    """The policy of a tolerance.
+
+    Parameters
+    ----------
+    method : {"conditioned", "target", "scale", "reject", "none"}
+        ``conditioned``: the exact law of the model given that the tolerance is met (the inspected lot).
+        ``target``: the characteristic takes a chosen value. ``scale``: a feature that is outside is scaled
+        into its zone, which is another law. ``reject``: as ``conditioned``, by rejecting whole parts.
+        ``none``: the raw law; the tolerance may be violated.
+    value : float, or callable, or None
+        Of ``target``: the value [mm], or a function of a `numpy.random.Generator` that draws it.
+
+    Raises
+    ------
+    SpecificationError
+        Unknown method, or a target without a positive value.
+    """
+
+    method: Method = "conditioned"
+    value: float | Callable[[np.random.Generator], float] | None = None
+
+    def __post_init__(self) -> None:
+        """Check method and value."""
+        if self.method not in get_args(Method):
+            raise SpecificationError(f"conformity {self.method!r} is none of {', '.join(get_args(Method))}")
+        if (self.method == "target") != (self.value is not None):
+            raise SpecificationError("a target needs a value, and only a target: target(0.02)")
+        if isinstance(self.value, int | float) and not (isfinite(self.value) and self.value > 0):
+            raise SpecificationError(f"the target of a tolerance must be positive, got {self.value} mm")
+
+    def draw(self, rng: np.random.Generator) -> float:
+        """Return the value of one part [mm].
+
+        Raises
+        ------
+        SpecificationError
+            The function drew no positive number.
+        """
+        if self.value is None:
+            raise SpecificationError(f"conformity {self.method!r} has no target value")
+        drawn = float(self.value(rng)) if callable(self.value) else float(self.value)
+        if not (isfinite(drawn) and drawn > 0):
+            raise SpecificationError(f"the target of a tolerance must be positive, its function drew {drawn}")
+        return drawn
+
+    def __str__(self) -> str:
+        if self.method != "target":
+            return self.method
+        if callable(self.value):
+            return f"target {getattr(self.value, '__name__', 'distribution')}"
+        return f"target {self.value:g}"
+
+
+def target(value: float | Callable[[np.random.Generator], float]) -> Conformity:
+    """Return the policy that a characteristic takes a value [mm], or one drawn by a function of a generator.
+
+    Examples
+    --------
+    >>> str(target(0.02))
+    'target 0.02'
+    """
+    return Conformity("target", value)
+
+
+def policies_of(conform: Policies, spec: Specification) -> dict[str, Conformity]:
+    """Return the policy of every tolerance by its id.
+
+    Parameters
+    ----------
+    conform : str, Conformity, or mapping of tolerance id to either
+        The key ``"*"`` of a mapping is for all other tolerances, ``conditioned`` without it.
+    spec : Specification
+
+    Raises
+    ------
+    SpecificationError
+        An unknown method or an id that no tolerance has.
+
+    Examples
+    --------
+    >>> from cadskin.spec import Specification, flatness
+    >>> policies_of({"flatness-1": "none"}, Specification(flatness(">Z", 0.02)))["flatness-1"].method
+    'none'
+    """
+    if not isinstance(conform, Mapping):
+        one = _as_policy(conform)
+        return {tolerance.id: one for tolerance in spec}
+    known = {tolerance.id for tolerance in spec}
+    wrong = [key for key in conform if key != "*" and key not in known]
+    if wrong:
+        raise SpecificationError(
+            f"no tolerance has the id {wrong[0]!r}; there are {', '.join(sorted(known)) or 'none'}"
+        )
+    rest = _as_policy(conform.get("*", "conditioned"))
+    return {name: _as_policy(conform[name]) if name in conform else rest for name in known}
+
+
+def _as_policy(given: Any) -> Conformity:
+    if isinstance(given, Conformity):
+        return given
+    if isinstance(given, str):
+        if given == "target":
+            raise SpecificationError("a target needs a value: conform=target(0.02)")
+        return Conformity(given)  # type: ignore[arg-type]
+    raise SpecificationError(f"conform takes a name, a Conformity or a mapping of them, not {given!r}")

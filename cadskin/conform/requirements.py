@@ -1,0 +1,244 @@
+"""Requirements: tolerances taken apart into tests that depend on as few blocks of the law as possible."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from cadskin.conform.flat import FlatPlaces, flat_places
+from cadskin.errors import AssociationError, CadskinError, SpecificationError
+from cadskin.shape.ideal import Plane
+from cadskin.skin.weld import prepare_weld, weld
+from cadskin.verify.extraction import MadePart
+from cadskin.verify.tolerances import evaluate
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from cadskin._typing import Floats
+    from cadskin.conform.blocks import Blocks
+    from cadskin.conform.policy import Conformity
+    from cadskin.shape import Feature, NominalModel
+    from cadskin.spec import Specification, Tolerance
+
+__all__ = [
+    "Requirement",
+    "Unsupported",
+    "made_part",
+    "requirements_of",
+    "value_of",
+    "welded_part",
+    "with_general",
+]
+
+
+@dataclass(frozen=True, eq=False)
+class Requirement:
+    """A tolerance, or one member of it, and the blocks that its value depends on.
+
+    Parameters
+    ----------
+    tolerance : Tolerance
+        Of one member where members are judged one by one.
+    policy : Conformity
+    limit : float
+        [mm].
+    blocks : frozenset of int
+        Of the toleranced features and of the datum features.
+    own : frozenset of int
+        Of the toleranced features.
+    feature : Feature or None
+        The feature, where there is one.
+    flat : FlatPlaces or None
+        The quick test of a flatness.
+    """
+
+    tolerance: Tolerance
+    policy: Conformity
+    limit: float
+    blocks: frozenset[int]
+    own: frozenset[int]
+    feature: Feature | None = None
+    flat: FlatPlaces | None = None
+
+    @property
+    def label(self) -> str:
+        """What messages call it."""
+        where = self.tolerance.feature.text()
+        return f"{self.tolerance.id} ({self.tolerance.type} {self.limit:g} on {where})"
+
+
+@dataclass(frozen=True)
+class Unsupported:
+    """A tolerance that cannot be evaluated, and why."""
+
+    tolerance: str
+    reason: str
+
+
+def made_part(nominal: NominalModel, deviation: Floats) -> MadePart:
+    """Return the part of a deviation field (n_c,) without the slides inside of faces.
+
+    Every vertex moves by the shortest displacement that realises its deviations; `cadskin.weld` then slides
+    the neighbours along their faces, which changes no value to first order.
+    """
+    particular = prepare_weld(nominal).constraints.particular
+    moved = nominal.surface.points + (particular @ deviation).reshape(-1, 3)
+    return MadePart(nominal.surface.with_points(moved), nominal)
+
+
+def welded_part(nominal: NominalModel, deviation: Floats) -> MadePart:
+    """Return the part of a deviation field (n_c,) as `cadskin.weld` makes it."""
+    moved = nominal.surface.points + weld(nominal, deviation)
+    return MadePart(nominal.surface.with_points(moved), nominal)
+
+
+def value_of(requirement: Requirement, part: MadePart, spec: Specification) -> float:
+    """Return the value [mm] of a requirement on a made part; infinity where it cannot be evaluated there."""
+    try:
+        return evaluate(requirement.tolerance, part, spec).value
+    except AssociationError:  # this sample, not the specification: no association exists for it
+        return float("inf")
+
+
+def with_general(spec: Specification, nominal: NominalModel) -> Specification:
+    """Return the specification with its general tolerance on every feature that has none of its own.
+
+    Parameters
+    ----------
+    spec : Specification
+        Bound to the part.
+    nominal : NominalModel
+    """
+    general = spec.default
+    if general is None or general.value is None:
+        return spec
+    taken = {face for tolerance in spec for face in tolerance.feature.faces}
+    added = [
+        replace(
+            general,
+            id=f"{general.id or 'general'}@{feature.name.replace(' ', '')}",
+            feature=general.feature.with_faces(feature.face_indices, kinds=(feature.kind,)),
+            scope="feature",
+        )
+        for feature in nominal.features
+        if not taken.intersection(feature.face_indices)
+    ]
+    return replaced_tolerances(spec, (*spec.tolerances, *added))
+
+
+def replaced_tolerances(spec: Specification, tolerances: tuple[Tolerance, ...]) -> Specification:
+    """Return a copy of a specification with other tolerances."""
+    from cadskin.spec import Specification
+
+    return Specification(
+        *tolerances,
+        datums=spec.datums,
+        dimensions=spec.dimensions,
+        default=spec.default,
+        unresolved=spec.unresolved,
+        notes=spec.notes,
+        checked=False,
+    )
+
+
+def requirements_of(
+    nominal: NominalModel, spec: Specification, blocks: Blocks, policies: dict[str, Conformity]
+) -> tuple[tuple[Requirement, ...], tuple[Unsupported, ...]]:
+    """Return the requirements of a bound specification, and what cannot be evaluated on the nominal part.
+
+    Raises
+    ------
+    SpecificationError
+        A tolerance that no simulated part can meet: its zone is narrower than the floating point can
+        resolve, or wider than the part, or its datum is the feature itself.
+    """
+    part = MadePart(nominal.surface, nominal)
+    found: list[Requirement] = []
+    unsupported = [Unsupported(item.entity, item.reason) for item in spec.unresolved]
+    for tolerance in spec:
+        try:
+            pieces = list(_pieces(tolerance, nominal, spec, blocks, policies[tolerance.id]))
+            for piece in pieces:
+                evaluate(piece.tolerance, part, spec)
+        except CadskinError as error:
+            unsupported.append(Unsupported(tolerance.id, str(error)))
+            continue
+        if tolerance.value is None:
+            unsupported.append(Unsupported(tolerance.id, "it has no value"))
+            continue
+        for piece in pieces:
+            _refuse_meaningless(piece, nominal, spec)
+        found.extend(pieces)
+    return tuple(found), tuple(unsupported)
+
+
+def _pieces(
+    tolerance: Tolerance, nominal: NominalModel, spec: Specification, blocks: Blocks, policy: Conformity
+) -> Iterator[Requirement]:
+    members = tolerance.feature.members
+    together = tolerance.characteristic.group == "location" and tolerance.zone.combined is not False
+    if len(members) > 1 and not together:
+        for faces in members:
+            selection = replace(tolerance.feature, faces=faces, groups=())
+            yield _piece(replace(tolerance, feature=selection), nominal, spec, blocks, policy)
+        return
+    yield _piece(tolerance, nominal, spec, blocks, policy)
+
+
+def _piece(
+    tolerance: Tolerance, nominal: NominalModel, spec: Specification, blocks: Blocks, policy: Conformity
+) -> Requirement:
+    features = _features(nominal, tolerance.feature.faces)
+    if not features:
+        raise SpecificationError(f"tolerance {tolerance.id}: it is on no face of the part")
+    own = blocks.touched(features)
+    datums = blocks.touched(_datum_features(nominal, tolerance, spec))
+    flat = None
+    if tolerance.type == "flatness" and len(features) == 1 and isinstance(features[0].ideal, Plane):
+        flat = flat_places(features[0].points, np.asarray(features[0].faces[0].normal))
+    return Requirement(
+        tolerance,
+        policy,
+        float(tolerance.value or 0.0),
+        own | datums,
+        own,
+        features[0] if len(features) == 1 else None,
+        flat,
+    )
+
+
+def _features(nominal: NominalModel, faces: tuple[int, ...]) -> tuple[Feature, ...]:
+    found = {nominal.feature_of(face).id: nominal.feature_of(face) for face in faces}
+    return tuple(found.values())
+
+
+def _datum_features(nominal: NominalModel, tolerance: Tolerance, spec: Specification) -> tuple[Feature, ...]:
+    faces = tuple(face for letter in tolerance.datums.letters for face in spec.datum(letter).feature.faces)
+    return _features(nominal, faces)
+
+
+def _refuse_meaningless(piece: Requirement, nominal: NominalModel, spec: Specification) -> None:
+    if piece.policy.method == "none":
+        return
+    size = float(np.abs(nominal.surface.points).max(initial=0.0))
+    floor = 64 * np.finfo(np.float64).eps * max(size, nominal.surface.diagonal)
+    if piece.limit <= floor:
+        raise SpecificationError(
+            f"{piece.label}: a zone of {piece.limit:.3g} mm is narrower than coordinates of {size:.4g} mm "
+            f"can resolve ({floor:.2g} mm); give a wider tolerance"
+        )
+    if piece.limit >= nominal.surface.diagonal:
+        raise SpecificationError(
+            f"{piece.label}: the zone is wider than the part ({nominal.surface.diagonal:.4g} mm); is the "
+            "unit of the tolerance right?"
+        )
+    datums = {feature.id for feature in _datum_features(nominal, piece.tolerance, spec)}
+    own = {feature.id for feature in _features(nominal, piece.tolerance.feature.faces)}
+    if piece.tolerance.datums and own <= datums and len(piece.tolerance.datums) == 1:
+        raise SpecificationError(
+            f"{piece.label}: its datum {piece.tolerance.datums.text()} is the toleranced feature itself; "
+            "a feature cannot be located or oriented against itself"
+        )

@@ -1,0 +1,280 @@
+"""Simulate parts that meet their specification."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from cadskin._progress import report
+from cadskin._random import seed_sequence
+from cadskin.conform.blocks import gaussian_mean, independent_blocks
+from cadskin.conform.chain import Chain, Setup, Tally
+from cadskin.conform.clusters import clusters_of
+from cadskin.conform.policy import policies_of
+from cadskin.conform.rejection import draw_cluster
+from cadskin.conform.requirements import requirements_of, with_general
+from cadskin.conform.streams import BlockSamplers
+from cadskin.deviation import DeviationModel
+from cadskin.errors import ConformityError, DeviationError, SpecificationError
+from cadskin.skin.faults import check_skin
+from cadskin.skin.model import SkinEnsemble
+from cadskin.skin.provenance import provenance_of
+from cadskin.skin.simulate import child_seed
+
+if TYPE_CHECKING:
+    from cadskin._typing import Floats, Progress, RNGLike
+    from cadskin.conform.clusters import Cluster
+    from cadskin.conform.policy import Policies
+    from cadskin.conform.requirements import Requirement, Unsupported
+    from cadskin.shape import NominalModel
+    from cadskin.spec import Specification
+
+__all__ = ["ConformingSampler", "Made", "prepare_conforming", "simulate_conforming"]
+
+_ROUNDS = 20  # of drawing again what the welded mesh does not confirm
+
+
+@dataclass(frozen=True, eq=False)
+class Made:
+    """One conforming part.
+
+    Parameters
+    ----------
+    deviation : (n_c,) float
+        [mm].
+    values : dict of str to float
+        Value of every tolerance on the welded mesh [mm].
+    tally : Tally
+    """
+
+    deviation: Floats
+    values: dict[str, float]
+    tally: Tally
+
+
+@dataclass(frozen=True, eq=False)
+class ConformingSampler:
+    """A nominal model, a deviation model and a specification made ready: each further sample is cheap.
+
+    Parameters
+    ----------
+    nominal : NominalModel
+    model : DeviationModel
+    spec : Specification
+        Bound to the part, with the general tolerance on its features.
+    requirements : tuple of Requirement
+    unsupported : tuple of Unsupported
+        Tolerances that play no part, and why.
+    """
+
+    nominal: NominalModel
+    model: DeviationModel
+    spec: Specification
+    requirements: tuple[Requirement, ...]
+    unsupported: tuple[Unsupported, ...]
+    setup: Setup
+    policies: dict[str, Any]
+
+    def draw(self, seed: np.random.SeedSequence) -> Made:
+        """Return the part of a seed.
+
+        Raises
+        ------
+        ConformityError
+            No part that meets the tolerances was found; the message names the tolerance that binds.
+        """
+        chain = Chain(self.setup, seed)
+        pending: tuple[Cluster, ...] = self.setup.clusters
+        values: dict[str, float] = {}
+        for _ in range(_ROUNDS):
+            for cluster in pending:
+                draw_cluster(chain, cluster)
+            failed, values = self._confirmed(chain)
+            pending = tuple(
+                cluster
+                for cluster in self.setup.clusters
+                if any(item.blocks <= set(cluster.blocks) for item in failed)
+            )
+            if not pending:
+                return Made(chain.deviation, values, chain.tally)
+        worst = max(failed, key=lambda item: values[item.tolerance.id] / item.limit)
+        raise ConformityError(
+            f"{worst.label}: {_ROUNDS} samples met it to first order, but not on the welded mesh "
+            f"({values[worst.tolerance.id]:.6g} mm); take a smaller sigma or a finer mesh"
+        )
+
+    def _confirmed(self, chain: Chain) -> tuple[list[Requirement], dict[str, float]]:
+        """Evaluate the welded mesh; return what it does not meet, and all values."""
+        targets = [item for item in self.requirements if item.policy.method == "target"]
+        failed, values = [], dict[str, float]()
+        with chain.welded():  # its slides change a value in the second order
+            for _ in range(3 if targets else 0):
+                for item in targets:
+                    chain.scaled_to(item, chain.wanted(item))
+            for item in self.requirements:
+                value, name = chain.value(item), item.tolerance.id
+                values[name] = max(value, values.get(name, -np.inf))
+                if item.policy.method in ("conditioned", "reject", "scale") and value > item.limit:
+                    failed.append(item)
+        return failed, values
+
+
+def prepare_conforming(
+    nominal: NominalModel,
+    model: DeviationModel,
+    spec: Specification,
+    *,
+    conform: Policies = "conditioned",
+    max_tries: int = 200,
+    joint_tries: int = 20,
+    sweeps: int = 6,
+    slice_steps: int = 40,
+    whole: bool = False,
+) -> ConformingSampler:
+    """Return the sampler of parts that meet a specification; see `simulate_conforming`.
+
+    Parameters
+    ----------
+    nominal, model, spec, conform, max_tries
+        As for `simulate_conforming`.
+    joint_tries : int
+        Attempts at all blocks that tolerances couple, before they are drawn in turn, each given the others.
+    sweeps : int
+        How often they are drawn in turn.
+    slice_steps : int
+        Steps of elliptical slice sampling where ``max_tries`` fields did not do.
+    whole : bool
+        The whole part is one block, whatever the model.
+    """
+    if not isinstance(model, DeviationModel):
+        raise DeviationError(f"the model must be a DeviationModel, got {type(model).__name__}")
+    if max_tries < 1 or min(joint_tries, sweeps, slice_steps) < 0:
+        raise DeviationError(
+            f"max_tries must be at least 1, and the other counts 0, got {max_tries}, {joint_tries}, {sweeps} "
+            f"and {slice_steps}"
+        )
+    bound = with_general(_bound(spec, nominal), nominal)
+    policies = policies_of(conform, bound)
+    blocks = independent_blocks(nominal, model, whole=whole)
+    requirements, unsupported = requirements_of(nominal, bound, blocks, policies)
+    setup = Setup(
+        nominal=nominal,
+        spec=bound,
+        blocks=blocks,
+        clusters=clusters_of(len(blocks), requirements),
+        samplers=BlockSamplers(nominal, model, blocks),
+        mean=gaussian_mean(model, nominal),
+        max_tries=max_tries,
+        joint_tries=joint_tries,
+        sweeps=sweeps,
+        slice_steps=slice_steps,
+    )
+    return ConformingSampler(nominal, model, bound, requirements, unsupported, setup, policies)
+
+
+def _bound(spec: Specification, nominal: NominalModel) -> Specification:
+    if not len(spec) and spec.default is None and not spec.unresolved:
+        raise SpecificationError("the specification holds no tolerance; simulate without spec, or give one")
+    return spec.bind(nominal)
+
+
+def simulate_conforming(
+    nominal: NominalModel,
+    model: DeviationModel,
+    spec: Specification,
+    *,
+    size: int = 1,
+    rng: RNGLike = None,
+    conform: Policies = "conditioned",
+    max_tries: int = 200,
+    check: bool = True,
+    progress: Progress | None = None,
+) -> SkinEnsemble:
+    """Make a population of parts that meet their tolerances.
+
+    By default each part follows the exact law of the model *given* that every tolerance is met, as a lot
+    does that was inspected. What depends on one feature alone (form) is conditioned by rejection on that
+    feature; tolerances with datums couple their features, datums first. Every part is evaluated on its
+    welded mesh before it is given out. Sample i depends on the seed and on i alone.
+
+    Parameters
+    ----------
+    nominal : NominalModel
+    model : DeviationModel
+    spec : Specification
+        Selectors are bound to the part; a general tolerance (``default``) counts on every feature without
+        one of its own.
+    size : int
+    rng : int, SeedSequence, BitGenerator, Generator or None
+    conform : str, Conformity, or mapping of tolerance id to either
+        See `cadskin.conform.Conformity`.
+    max_tries : int
+        Fields that a feature may cost before the sampler is changed; with elliptical slice sampling the
+        work stays bounded at any acceptance.
+    check : bool
+        Look for inverted and intersecting triangles.
+    progress : callable, optional
+        Called with (done, total).
+
+    Returns
+    -------
+    SkinEnsemble
+        ``provenance.options`` holds the policies, the samplers used, the acceptance, and the tolerances that
+        are not supported.
+
+    Raises
+    ------
+    ConformityError
+        No part that meets the tolerances was found; the message names the tolerance that binds.
+    SpecificationError
+        The specification has no meaning on this part.
+    GeometryError
+        A skin model intersects itself.
+
+    Examples
+    --------
+    >>> import cadquery as cq, cadskin as cs
+    >>> part = cs.nominal(cq.Workplane().box(20, 20, 4), edge_length=2.0)
+    >>> spec = cs.Specification(cs.flatness(">Z", 0.03))
+    >>> lot = simulate_conforming(part, cs.GaussianField(0.01, 8), spec, size=3, rng=7)
+    >>> from cadskin.verify import verify
+    >>> bool(verify(lot, spec).conforming.all())
+    True
+    """
+    if size < 0:
+        raise DeviationError(f"size must be zero or more, got {size}")
+    sampler = prepare_conforming(nominal, model, spec, conform=conform, max_tries=max_tries)
+    seed = seed_sequence(rng)
+    deviations = np.zeros((size, nominal.n_samples))
+    tallies = []
+    report(progress, 0, size)
+    for i in range(size):
+        made = sampler.draw(child_seed(seed, i))
+        deviations[i] = made.deviation
+        tallies.append(made.tally)
+        if check:
+            check_skin(nominal, made.deviation, label=f"sample {i}" if size > 1 else "the skin model")
+        report(progress, i + 1, size)
+    deviations.flags.writeable = False
+    provenance = provenance_of(nominal, str(model), seed, check=check, **conformity_record(sampler, tallies))
+    return SkinEnsemble(nominal, deviations, provenance)
+
+
+def conformity_record(sampler: ConformingSampler, tallies: list[Tally]) -> dict[str, Any]:
+    """Return how conformity was reached, plain data for the provenance."""
+    tried: dict[str, int] = {}
+    refused: dict[str, int] = {}
+    for tally in tallies:
+        for total, part in ((tried, tally.tried), (refused, tally.refused)):
+            for name, count in part.items():
+                total[name] = total.get(name, 0) + count
+    attempts = sum(tally.attempts for tally in tallies)
+    return {
+        "conform": {name: str(policy) for name, policy in sampler.policies.items()},
+        "samplers": sorted({name for tally in tallies for name in tally.samplers}),
+        "acceptance": sum(tally.accepted for tally in tallies) / attempts if attempts else 1.0,
+        "acceptance_by_tolerance": {name: 1 - refused.get(name, 0) / tried[name] for name in sorted(tried)},
+        "unsupported": [{"tolerance": item.tolerance, "reason": item.reason} for item in sampler.unsupported],
+    }
