@@ -67,6 +67,12 @@ _HOMES = {
     "simulate_ensemble": "cadskin.skin",
     "simulate_in_profile_zone": "cadskin.skin",
     "weld": "cadskin.skin",
+    # verification
+    "Association": "cadskin.shape.association",
+    "Evaluation": "cadskin.verify",
+    "Verification": "cadskin.verify",
+    "associate": "cadskin.shape.association",
+    "verify": "cadskin.verify",
     # measured parts and statistics of populations
     "read_points": "cadskin.cad.measured",
     "read_qif": "cadskin.cad.measured",
@@ -109,6 +115,8 @@ if TYPE_CHECKING:
     from cadskin.shape import Face as Face
     from cadskin.shape import Feature as Feature
     from cadskin.shape import NominalModel as NominalModel
+    from cadskin.shape.association import Association as Association
+    from cadskin.shape.association import associate as associate
     from cadskin.skin import SkinEnsemble as SkinEnsemble
     from cadskin.skin import SkinModel as SkinModel
     from cadskin.skin import check_skin as check_skin
@@ -144,6 +152,9 @@ if TYPE_CHECKING:
     from cadskin.stats import StatisticalShapeModel as StatisticalShapeModel
     from cadskin.stats import measure as measure
     from cadskin.stats import register as register
+    from cadskin.verify import Evaluation as Evaluation
+    from cadskin.verify import Verification as Verification
+    from cadskin.verify import verify as verify
     from cadskin.view import picture as picture
     from cadskin.view import sheet as sheet
     from cadskin.view import to_pyvista as to_pyvista

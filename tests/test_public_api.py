@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import ast
 import inspect
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -47,3 +49,14 @@ def test_package_is_typed_and_its_version_is_the_distribution_version():
 
     assert (Path(cadskin.__file__).parent / "py.typed").is_file()
     assert version("cadskin") == cadskin.__version__
+
+
+def test_verify_is_a_verb_before_and_after_its_room_is_imported():
+    code = (
+        "import cadskin\n"
+        "first = cadskin.verify\n"
+        "import cadskin.verify\n"
+        "assert callable(first) and callable(cadskin.verify)\n"
+        "assert cadskin.verify.flatness is not cadskin.flatness\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import sys
+from types import ModuleType
+from typing import Any
+
 from cadskin.verify.cases import Case, evaluate_case, read_case
 from cadskin.verify.datums import (
     DatumFeature,
@@ -55,3 +59,16 @@ __all__ = [
     "symmetry",
     "verify",
 ]
+
+
+class _Verb(ModuleType):
+    """The room carries the name of its main verb: ``cadskin.verify(skin, spec)`` works either way.
+
+    Once this package is imported it stands as ``cadskin.verify``, in the place of the function of that name.
+    """
+
+    def __call__(self, *arguments: Any, **options: Any) -> Verification | EnsembleVerification:
+        return verify(*arguments, **options)
+
+
+sys.modules[__name__].__class__ = _Verb
