@@ -166,7 +166,9 @@ def __getattr__(name: str) -> Any:
     except KeyError:
         raise AttributeError(f"module 'cadskin' has no attribute {name!r}") from None
     try:
-        value = getattr(import_module(home), name)
+        room = import_module(home)
+        # A room with the name of its verb (verify) can be called itself: the name always means the room.
+        value = room if home == f"{__name__}.{name}" else getattr(room, name)
     except ImportError as error:
         raise _explained(error) from error
     globals()[name] = value
