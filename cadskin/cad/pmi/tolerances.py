@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import defaultdict
 from dataclasses import replace
 from functools import cached_property
@@ -40,6 +41,10 @@ _FORMS: dict[str, ZoneShape] = {
     "within a circle": "diameter",
     "spherical": "spherical_diameter",
     "within a sphere": "spherical_diameter",
+}
+_STANDARDS = {
+    "ASME": re.compile(r"\bY\s?14\.5", re.IGNORECASE),
+    "ISO": re.compile(r"\bISO[ _-]?(?:1101|8015|5459|5458|1660|2692)\b|\bISO GPS\b", re.IGNORECASE),
 }
 _USUAL_FORMS = ("cylindrical or circular", "spherical")
 _PROJECTED = ("PROJECTED_ZONE_DEFINITION", "PROJECTED_ZONE_DEFINITION_WITH_OFFSET")
@@ -113,9 +118,18 @@ class ToleranceReader:
             name=str(name) if isinstance(name, str) else "",
             raw_value=None if measure is None else measure.raw,
             raw_unit=None if measure is None else measure.unit.name,
+            standard=self._standard,
             notes=(*notes, *zone_notes),
             source=f"{self.file.name} #{number}",
         )
+
+    @cached_property
+    def _standard(self) -> str | None:
+        """ISO or ASME, where the file refers to a document of one of them and not of the other."""
+        numbers = self.file.of_type("DOCUMENT", "DOCUMENT_FILE", "PRODUCT")
+        words = " ".join(str(x) for n in numbers for x in self.file.values(n)[:3] if isinstance(x, str))
+        found = [name for name, pattern in _STANDARDS.items() if pattern.search(words)]
+        return found[0] if len(found) == 1 else None
 
     def _datum_value(self, number: int) -> Value:
         own = self.file.values(number, "GEOMETRIC_TOLERANCE_WITH_DATUM_REFERENCE")

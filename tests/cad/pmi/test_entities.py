@@ -484,6 +484,19 @@ def test_a_letter_twice_and_a_datum_without_geometry():
     assert "no geometry" in reasons["#340"]
 
 
+@pytest.mark.parametrize(
+    ("documents", "standard"),
+    [
+        ("#800=PRODUCT('ASME Y14.5','','',());", "ASME"),
+        ("#800=DOCUMENT('','ISO 1101','',$);", "ISO"),
+        ("#800=PRODUCT('plate','ISO 2768 plate','',());", None),
+        ("#800=PRODUCT('ASME Y14.5-2009','','',());#801=DOCUMENT('','ISO 8015','',$);", None),
+    ],
+)
+def test_the_standard_where_the_file_names_one(documents, standard):
+    assert flat(aspect(110) + documents).standard == standard
+
+
 # -- dimensions --------------------
 
 
