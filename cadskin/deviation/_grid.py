@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numba import njit
 
-from cadskin.deviation._linear import COLUMNS, columns_of
+from cadskin.deviation._linear import COLUMNS, columns_of, weighted_sums
 from cadskin.deviation._patch_fields import PatchField, unit_cholesky
 from cadskin.deviation.kernels import correlation
 from cadskin.errors import DeviationError
@@ -87,7 +87,11 @@ class GridField(PatchField):
         values = columns_of(noise)
         for axis, factor in enumerate(self.factors):
             before = int(np.prod(self.shape[:axis]))
-            values = np.matmul(factor, values.reshape(before, self.shape[axis], -1))
+            slabs = values.reshape(before, self.shape[axis], -1)
+            coloured = np.zeros_like(slabs)
+            for slab, target in zip(slabs, coloured, strict=True):
+                weighted_sums(factor, slab, True, target)
+            values = coloured
         _interpolate(values.reshape(self.latent, COLUMNS), self.first, self.offsets, self.weights, out)
 
 

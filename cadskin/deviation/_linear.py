@@ -21,8 +21,9 @@ if TYPE_CHECKING:
 
     from cadskin._typing import Floats, Ints
 
-__all__ = ["COLUMNS", "LinearSampler", "columns_of", "rows_of"]
+__all__ = ["COLUMNS", "LinearSampler", "columns_of", "rows_of", "weighted_sums"]
 
+_STRIP = 256  # columns whose sums stay in the first-level cache
 COLUMNS = 32  # a literal: the compiled code has it inside, and its cache looks at this file only
 
 
@@ -97,3 +98,47 @@ def rows_of(columns: Any, place: Any, out: Any) -> None:
     for i in range(columns.shape[0]):
         for r in range(COLUMNS):
             out[r, place[i]] = columns[i, r]
+
+
+@njit(cache=True, fastmath=True, nogil=True)
+def weighted_sums(weights: Any, rows: Any, triangular: bool, out: Any) -> None:
+    """Matrix product ``out = weights @ rows``, row by row in a fixed order.
+
+    A BLAS product gives a row other last bits when it stands at another place of the block; this does not.
+
+    Parameters
+    ----------
+    weights : (p, q) float32
+    rows : (q, w) float32
+    triangular : bool
+        True where ``weights`` is lower triangular.
+    out : (p, w) float32
+    """
+    count, terms = weights.shape
+    width = rows.shape[1]
+    whole = terms - terms % 4
+    for start in range(0, width, _STRIP):
+        stop = min(start + _STRIP, width)
+        for a in range(count):
+            out[a, start:stop] = 0.0
+        for c in range(0, whole, 4):
+            r0, r1 = rows[c, start:stop], rows[c + 1, start:stop]
+            r2, r3 = rows[c + 2, start:stop], rows[c + 3, start:stop]
+            for a in range(c if triangular else 0, count):
+                w0, w1, w2, w3 = weights[a, c], weights[a, c + 1], weights[a, c + 2], weights[a, c + 3]
+                _add_four(out[a, start:stop], r0, r1, r2, r3, w0, w1, w2, w3)
+        for c in range(whole, terms):
+            for a in range(c if triangular else 0, count):
+                _add_one(out[a, start:stop], rows[c, start:stop], weights[a, c])
+
+
+@njit(cache=True, fastmath=True, nogil=True)
+def _add_four(total: Any, r0: Any, r1: Any, r2: Any, r3: Any, w0: Any, w1: Any, w2: Any, w3: Any) -> None:
+    for i in range(total.size):
+        total[i] += w0 * r0[i] + w1 * r1[i] + w2 * r2[i] + w3 * r3[i]
+
+
+@njit(cache=True, fastmath=True, nogil=True)
+def _add_one(total: Any, row: Any, weight: Any) -> None:
+    for i in range(total.size):
+        total[i] += weight * row[i]

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numba import njit
 
+from cadskin.deviation._linear import weighted_sums
 from cadskin.deviation.kernels import correlation_matrix, correlation_of, kernel_code, squared_distance
 from cadskin.errors import DeviationError
 
@@ -81,7 +82,7 @@ class DenseField(PatchField):
 
     def apply(self, noise: NDArray[np.float32], out: NDArray[np.float32]) -> None:
         """Multiply by the factor."""
-        np.matmul(noise, self.factor, out=out)
+        weighted_sums(noise, self.factor, False, out)
 
 
 class LowRankField(PatchField):
@@ -128,7 +129,7 @@ class LowRankField(PatchField):
 
     def apply(self, noise: NDArray[np.float32], out: NDArray[np.float32]) -> None:
         """Multiply by the factor."""
-        np.matmul(noise, self.factor, out=out)
+        weighted_sums(noise, self.factor, False, out)
 
 
 @njit(cache=True, nogil=True)

@@ -22,38 +22,41 @@ CELL = 6.0
 
 @dataclass(frozen=True, eq=False)
 class ProbeGroups:
-    """Groups of probes.
+    """Groups of probes, and the boxes of space that belong to them.
 
     Parameters
     ----------
     group : (k,) int
         Group of each probe.
-    parity : (g, d) int
-        Parity of the cells of each group.
+    family : (g,) int
+        Family of each group: the parity of its cells; groups of one family follow each other.
+    parity : (f, d) int
+        Parity of the cells of each family.
     box : (k, d) int
-        Cell of each probe, counted among the cells of its parity.
+        Cell of each probe, counted among the cells of its family.
     """
 
     group: Ints
+    family: Ints
     parity: Ints
     box: Ints
 
     @property
     def count(self) -> int:
         """Number of groups."""
-        return len(self.parity)
+        return len(self.family)
 
-    def owners(self, group: int, points: Points) -> Ints:
-        """Return the probe of ``group`` that each point (n, d) belongs to, -1 for none."""
-        mine = np.flatnonzero(self.group == group)
-        boxes = np.floor((points / CELL - self.parity[group] + 0.5) / 2).astype(np.int64)
-        both = np.concatenate([self.box[mine], boxes])
-        low, extent = both.min(axis=0), np.ptp(both, axis=0) + 1
-        keys = np.ravel_multi_index(tuple((both - low).T), tuple(extent))
-        order = np.argsort(keys[: len(mine)])
-        sorted_keys = keys[: len(mine)][order]
-        slot = np.minimum(np.searchsorted(sorted_keys, keys[len(mine) :]), len(mine) - 1)
-        return np.where(sorted_keys[slot] == keys[len(mine) :], mine[order][slot], -1)
+    def boxes(self, family: int, points: Points) -> tuple[Ints, Ints]:
+        """Return the box number of each probe (k,), -1 outside of the family, and of each point (n,)."""
+        mine = np.flatnonzero(self.family[self.group] == family)
+        around = np.floor((points / CELL - self.parity[family] + 0.5) / 2).astype(np.int64)
+        both = np.concatenate([self.box[mine], around])
+        low = both.min(axis=0)
+        key = np.ravel_multi_index(tuple((both - low).T), tuple(np.ptp(both, axis=0) + 1))
+        _, number = np.unique(key, return_inverse=True)
+        of_probe = np.full(len(self.group), -1, dtype=np.int64)
+        of_probe[mine] = number[: len(mine)]
+        return of_probe, number[len(mine) :]
 
 
 def probe_groups(probes: Points) -> ProbeGroups:
@@ -65,6 +68,6 @@ def probe_groups(probes: Points) -> ProbeGroups:
     order = np.argsort(cell, kind="stable")
     rank = np.zeros(len(probes), dtype=np.int64)
     rank[order] = np.arange(len(probes)) - np.searchsorted(cell[order], cell[order])
-    label = np.column_stack([parity, rank])
-    groups, group = np.unique(label, axis=0, return_inverse=True)
-    return ProbeGroups(group.reshape(-1), groups[:, :-1], (cells - parity) // 2)
+    parities, family = np.unique(parity, axis=0, return_inverse=True)
+    label, group = np.unique(np.column_stack([family.reshape(-1), rank]), axis=0, return_inverse=True)
+    return ProbeGroups(group.reshape(-1), label[:, 0], parities, (cells - parity) // 2)

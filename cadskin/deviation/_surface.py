@@ -164,13 +164,17 @@ class SurfaceField(PatchField):
         groups = probe_groups(points[probes])
         ordered = points[self.order]
         norms = np.zeros(len(probes))
+        family = -1
         for first in range(0, groups.count, COLUMNS):
             mine = np.flatnonzero((groups.group >= first) & (groups.group < first + COLUMNS))
             energy = self._response_energy(places[mine], groups.group[mine] - first)
-            for column in range(min(COLUMNS, groups.count - first)):
-                owner = groups.owners(first + column, ordered)
-                near = owner >= 0
-                norms += np.bincount(owner[near], weights=energy[near, column], minlength=len(norms))
+            for group in range(first, min(first + COLUMNS, groups.count)):
+                if groups.family[group] != family:
+                    family = int(groups.family[group])
+                    box_of_probe, box_of_point = groups.boxes(family, ordered)
+                sums = np.bincount(box_of_point, weights=energy[:, group - first])
+                probes_here = mine[groups.group[mine] == group]
+                norms[probes_here] = sums[box_of_probe[probes_here]]
         return np.asarray(norms / self.mass[places, 0], dtype=np.float64)
 
     def _response_energy(self, places: Ints, columns: Ints) -> Floats:

@@ -16,6 +16,7 @@ import numpy as np
 from scipy.sparse import csr_array, dia_array
 from scipy.sparse.linalg import eigsh
 
+from cadskin.deviation._linear import weighted_sums
 from cadskin.deviation._parameters import finite, positive
 from cadskin.deviation._patch_fields import LowRankField, PatchField
 from cadskin.deviation._patches import PatchPoints, patch_points
@@ -45,7 +46,7 @@ class _FactorField(PatchField):
 
     def apply(self, noise: NDArray[np.float32], out: NDArray[np.float32]) -> None:
         """Multiply by the factor."""
-        np.matmul(noise, self.factor, out=out)
+        weighted_sums(noise, self.factor, False, out)
 
 
 @register

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from cadskin._arrays import frozen
-from cadskin.deviation._linear import LinearSampler
+from cadskin.deviation._linear import LinearSampler, weighted_sums
 from cadskin.deviation._parameters import finite, positive
 from cadskin.deviation.base import MM, RAD, DeviationModel, FixedSampler, SumModel, register
 from cadskin.deviation.bases import BasisForm
@@ -176,7 +176,7 @@ class _ProfileSampler(LinearSampler):
         out[:] = 0.0
         start = 0
         for rows, block in zip(self.rows, self.blocks, strict=True):
-            out[:, rows] = noise[:, start : start + len(block)] @ block
+            weighted_sums(noise[:, start : start + len(block)], block, False, out[:, rows])
             start += len(block)
 
 

@@ -163,13 +163,14 @@ def test_probe_groups_part_the_points():
     rng = np.random.default_rng(0)
     probes, points = rng.uniform(0, 40, (300, 3)), rng.uniform(0, 40, (2000, 3))
     groups = probe_groups(probes)
+    assert (np.diff(groups.family) >= 0).all()
     for group in range(groups.count):
         mine = np.flatnonzero(groups.group == group)
-        owners = groups.owners(group, points)
-        assert set(owners) <= {-1, *mine}
+        of_probe, of_point = groups.boxes(groups.family[group], points)
+        assert len(set(of_probe[mine])) == len(mine)
         distance = np.linalg.norm(points[:, None] - probes[mine][None], axis=2)
         near = np.flatnonzero(distance.min(axis=1) < 3.0)
-        assert np.array_equal(owners[near], mine[distance[near].argmin(axis=1)])
+        assert np.array_equal(of_point[near], of_probe[mine][distance[near].argmin(axis=1)])
 
 
 def test_batch_independence_on_the_surface():
