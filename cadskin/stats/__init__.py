@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from cadskin.stats.archive import load_shape_model
+from cadskin.stats.covariance_fit import CovarianceFit, fit_covariance
 from cadskin.stats.diagnostics import (
     Generalisation,
     Membership,
@@ -15,10 +16,12 @@ from cadskin.stats.diagnostics import (
 )
 from cadskin.stats.field_alignment import align_fields, aligned_ensemble
 from cadskin.stats.landmarks import LandmarkGrid, landmark_grid
+from cadskin.stats.learned import LearnedShape
 from cadskin.stats.measured import MeasuredPart, measure, nearest_samples
 from cadskin.stats.model import StatisticalShapeModel
 from cadskin.stats.population import sample_areas
 from cadskin.stats.posterior import Posterior
+from cadskin.stats.process import FeatureProcess, FormTerm, learn_process, process_model
 from cadskin.stats.procrustes import Procrustes, generalised_procrustes
 from cadskin.stats.registration import Alignment, Registration, register
 from cadskin.stats.rigid import RigidMotion, best_motion
@@ -32,8 +35,12 @@ from cadskin.stats.robust import (
 
 __all__ = [
     "Alignment",
+    "CovarianceFit",
+    "FeatureProcess",
+    "FormTerm",
     "Generalisation",
     "LandmarkGrid",
+    "LearnedShape",
     "MeasuredPart",
     "Membership",
     "Posterior",
@@ -46,9 +53,11 @@ __all__ = [
     "aligned_ensemble",
     "best_motion",
     "compactness",
+    "fit_covariance",
     "generalised_procrustes",
     "influence",
     "landmark_grid",
+    "learn_process",
     "leave_one_out",
     "load_shape_model",
     "measure",
@@ -58,6 +67,7 @@ __all__ = [
     "parallel_analysis",
     "part_weights",
     "pointwise_median",
+    "process_model",
     "register",
     "sample_areas",
     "specificity",
