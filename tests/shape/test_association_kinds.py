@@ -284,6 +284,54 @@ def test_no_linear_program_improves_the_minimum_zone(name):
     assert solved.fun == pytest.approx(found.value, abs=1e-8)
 
 
+TIGHT = {"tol_gap_abs": 1e-11, "tol_gap_rel": 1e-11, "tol_feas": 1e-11}
+
+
+@pytest.mark.parametrize("side", ["GE", "GI"])
+def test_conic_solver_agrees_on_the_tangent_plane(side):
+    """The plane of least squares that has every point below it (GE) or above it (GI) along its normal."""
+    cvxpy = pytest.importorskip("cvxpy", reason="the conic oracle needs cvxpy with Clarabel")
+    points = wavy_plane(np.random.default_rng(9))
+    sign = 1.0 if side == "GE" else -1.0
+    found = associate(points, "plane", side)
+    assert found.certified
+    assert (sign * found.residuals).max() <= 1e-12
+    local = found.pose.local(points)
+    # Two steps of the exact problem: heights over a tilt that is small about the answer are distances.
+    tilt, level = cvxpy.Variable(2), cvxpy.Variable()
+    height = local[:, 2] - local[:, :2] @ tilt - level
+    problem = cvxpy.Problem(cvxpy.Minimize(cvxpy.sum_squares(height)), [sign * height <= 0])
+    problem.solve(solver="CLARABEL", canon_backend="SCIPY", **TIGHT)
+    assert (found.residuals**2).sum() == pytest.approx(problem.value, rel=1e-6)
+    np.testing.assert_allclose(tilt.value, 0.0, atol=1e-6)
+
+
+@pytest.mark.parametrize("kind", ["cylinder", "sphere", "cone"])
+def test_both_material_sides(kind):
+    """GI is the mirror of GE: nothing outside, nothing inside, and the two enclose the plain fit."""
+    rng = np.random.default_rng(10)
+    angle, v = rng.uniform(0, 2 * np.pi, 500), rng.uniform(-1, 1, 500)
+    ring = np.column_stack([np.cos(angle), np.sin(angle), 0 * v])
+    up = np.array([0.0, 0.0, 1.0])
+    bump = 0.01 * rng.standard_normal(500)[:, None]
+    points = {
+        "cylinder": (10 + bump) * ring + 20 * v[:, None] * up,
+        "sphere": (10 + bump) * (np.sqrt(1 - v**2)[:, None] * ring + v[:, None] * up),
+        "cone": (10 + 3 * v[:, None] + bump) * ring + 10 * v[:, None] * up,
+    }[kind]
+    outer, inner = (associate(points, kind, side, axis=up) for side in ("GE", "GI"))
+    assert outer.certified
+    assert inner.certified
+    assert outer.residuals.max() <= 1e-11
+    assert inner.residuals.min() >= -1e-11
+    squares = (associate(points, kind, "G", axis=up).residuals ** 2).sum()
+    for found in (outer, inner):
+        assert (found.residuals**2).sum() > squares
+        assert found.multipliers.min() > 0
+    hole = associate(points, kind, "GE", axis=up, internal=True)
+    np.testing.assert_array_equal(hole.residuals, inner.residuals)
+
+
 @pytest.mark.parametrize("kind", ["plane", "sphere"])
 def test_conic_solver_agrees(kind):
     """Clarabel through cvxpy: minimum circumscribed sphere (second-order cones), flatness (linear)."""
@@ -293,7 +341,7 @@ def test_conic_solver_agrees(kind):
         points = wavy_sphere(rng, n=200)
         centre, radius = cvxpy.Variable(3), cvxpy.Variable()
         problem = cvxpy.Problem(cvxpy.Minimize(radius), [cvxpy.norm(points - centre, axis=1) <= radius])
-        problem.solve(solver="CLARABEL")
+        problem.solve(solver="CLARABEL", canon_backend="SCIPY", **TIGHT)
         assert associate(points, "sphere", "N").value == pytest.approx(problem.value, abs=1e-7)
         return
     found = associate(wavy_plane(rng), "plane")
@@ -301,5 +349,5 @@ def test_conic_solver_agrees(kind):
     tilt, top, bottom = cvxpy.Variable(2), cvxpy.Variable(), cvxpy.Variable()
     height = local[:, 2] - local[:, :2] @ tilt
     problem = cvxpy.Problem(cvxpy.Minimize(top - bottom), [height <= top, height >= bottom])
-    problem.solve(solver="CLARABEL")
+    problem.solve(solver="CLARABEL", canon_backend="SCIPY", **TIGHT)
     assert found.value == pytest.approx(problem.value, abs=1e-7)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -34,7 +34,7 @@ CRITERIA: dict[str, Criterion] = {
     "N": "minimum circumscribed",
     "X": "maximum inscribed",
     "GE": "constrained least squares",
-    "GI": "constrained least squares",
+    "GI": "constrained least squares, inside",
 }
 
 
@@ -70,6 +70,7 @@ def associate(
     fixed_axis: Vectors | None = None,
     section_normal: Vectors | None = None,
     start: Pose | None = None,
+    internal: bool = False,
 ) -> Association:
     """Associate an ideal feature with points.
 
@@ -81,7 +82,7 @@ def associate(
         A "line" is a line in space (a median line); a "profile line" lies in a section plane.
     criterion : str
         "least squares" (G), "minimum zone" (C), "minimum circumscribed" (N), "maximum inscribed" (X),
-        or "constrained least squares" (GE; for a plane: outside of the material).
+        "constrained least squares" (GE, outside of the material) or "constrained least squares, inside" (GI).
     axis : (3,) float, optional
         A guess of the direction: outward normal of a plane, axis of a cylinder. It sets the sign.
     fixed_axis : (3,) float, optional
@@ -90,6 +91,9 @@ def associate(
         Normal of the section plane of a circle or profile line; by default that of the points.
     start : Pose, optional
         Where to start instead of the search.
+    internal : bool
+        The material is around a round feature (a hole): only GE and GI need to know. The material of a plane
+        lies against ``axis``.
 
     Raises
     ------
@@ -116,6 +120,12 @@ def associate(
     begin = None if start is None else Pose(start.origin - base, start.axes, start.shape)
     pose = _least_squares(local, request, columns[0], begin)
     rounding = 2 * _EPS * _largest(cloud) + 4 * _EPS * _largest(local)
+    if word in ("constrained least squares", "constrained least squares, inside"):
+        if kind == "line":
+            raise AssociationError("a line in space has no side; use least squares or the minimum zone")
+        sign = 1.0 if (word == "constrained least squares") != internal else -1.0
+        model = SurfaceModel(family.kind, local)
+        return replace(constrained(model, base, kind, pose, columns[0], sign=sign), criterion=word)
     return _finish(local, base, kind, word, pose, columns, rounding)
 
 
@@ -281,8 +291,6 @@ def _finish(
     squares, free = columns
     if criterion == "least squares":
         return pack_squares(model, base, kind, pose, list(squares))
-    if criterion == "constrained least squares":
-        return constrained(model, base, kind, pose, squares)
     if criterion in ("minimum circumscribed", "maximum inscribed") and kind not in (*_ROUND, "line"):
         raise AssociationError(f"a {kind} has no {criterion} element; use the minimum zone")
     if criterion == "maximum inscribed":

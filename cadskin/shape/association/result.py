@@ -23,6 +23,7 @@ Criterion: TypeAlias = Literal[
     "minimum circumscribed",
     "maximum inscribed",
     "constrained least squares",
+    "constrained least squares, inside",
 ]
 
 
