@@ -55,10 +55,38 @@ _HOMES = {
     "symmetry": "cadskin.spec",
     "total_runout": "cadskin.spec",
     # deviation models
+    "BasisForm": "cadskin.deviation",
+    "Bend": "cadskin.deviation",
+    "Cone": "cadskin.deviation",
+    "Cylinder": "cadskin.deviation",
     "DeviationModel": "cadskin.deviation",
+    "Ellipsoid": "cadskin.deviation",
+    "Fractal": "cadskin.deviation",
+    "FromArray": "cadskin.deviation",
+    "FromFE": "cadskin.deviation",
+    "FromFunction": "cadskin.deviation",
+    "FromSpectrum": "cadskin.deviation",
     "GaussianField": "cadskin.deviation",
+    "Gibbs": "cadskin.deviation",
+    "KarhunenLoeve": "cadskin.deviation",
+    "Lobing": "cadskin.deviation",
+    "Modes": "cadskin.deviation",
     "Paraboloid": "cadskin.deviation",
+    "Quadric": "cadskin.deviation",
+    "Randomised": "cadskin.deviation",
+    "Saddle": "cadskin.deviation",
+    "Shift": "cadskin.deviation",
+    "SizeOffset": "cadskin.deviation",
+    "Sphere": "cadskin.deviation",
+    "Taper": "cadskin.deviation",
+    "Thermal": "cadskin.deviation",
+    "Tilt": "cadskin.deviation",
+    "Torsor": "cadskin.deviation",
+    "Towards": "cadskin.deviation",
+    "Twist": "cadskin.deviation",
+    "Waviness": "cadskin.deviation",
     "WhiteNoise": "cadskin.deviation",
+    "morph": "cadskin.deviation",
     # skin model shapes
     "SkinEnsemble": "cadskin.skin",
     "SkinModel": "cadskin.skin",
@@ -102,10 +130,38 @@ if TYPE_CHECKING:
     from cadskin.cad import write_step as write_step
     from cadskin.cad.measured import read_points as read_points
     from cadskin.cad.measured import read_qif as read_qif
+    from cadskin.deviation import BasisForm as BasisForm
+    from cadskin.deviation import Bend as Bend
+    from cadskin.deviation import Cone as Cone
+    from cadskin.deviation import Cylinder as Cylinder
     from cadskin.deviation import DeviationModel as DeviationModel
+    from cadskin.deviation import Ellipsoid as Ellipsoid
+    from cadskin.deviation import Fractal as Fractal
+    from cadskin.deviation import FromArray as FromArray
+    from cadskin.deviation import FromFE as FromFE
+    from cadskin.deviation import FromFunction as FromFunction
+    from cadskin.deviation import FromSpectrum as FromSpectrum
     from cadskin.deviation import GaussianField as GaussianField
+    from cadskin.deviation import Gibbs as Gibbs
+    from cadskin.deviation import KarhunenLoeve as KarhunenLoeve
+    from cadskin.deviation import Lobing as Lobing
+    from cadskin.deviation import Modes as Modes
     from cadskin.deviation import Paraboloid as Paraboloid
+    from cadskin.deviation import Quadric as Quadric
+    from cadskin.deviation import Randomised as Randomised
+    from cadskin.deviation import Saddle as Saddle
+    from cadskin.deviation import Shift as Shift
+    from cadskin.deviation import SizeOffset as SizeOffset
+    from cadskin.deviation import Sphere as Sphere
+    from cadskin.deviation import Taper as Taper
+    from cadskin.deviation import Thermal as Thermal
+    from cadskin.deviation import Tilt as Tilt
+    from cadskin.deviation import Torsor as Torsor
+    from cadskin.deviation import Towards as Towards
+    from cadskin.deviation import Twist as Twist
+    from cadskin.deviation import Waviness as Waviness
     from cadskin.deviation import WhiteNoise as WhiteNoise
+    from cadskin.deviation import morph as morph
     from cadskin.errors import CadskinError as CadskinError
     from cadskin.errors import CadskinWarning as CadskinWarning
     from cadskin.export import to_meshio as to_meshio
