@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from cadskin.stats.archive import load_shape_model
+from cadskin.stats.conformity import Conformity, conformity, counted_interval
 from cadskin.stats.covariance_fit import CovarianceFit, fit_covariance
 from cadskin.stats.diagnostics import (
     Generalisation,
@@ -32,9 +33,11 @@ from cadskin.stats.robust import (
     pointwise_median,
     trimmed_mean,
 )
+from cadskin.stats.statismo import save_statismo
 
 __all__ = [
     "Alignment",
+    "Conformity",
     "CovarianceFit",
     "FeatureProcess",
     "FormTerm",
@@ -53,6 +56,8 @@ __all__ = [
     "aligned_ensemble",
     "best_motion",
     "compactness",
+    "conformity",
+    "counted_interval",
     "fit_covariance",
     "generalised_procrustes",
     "influence",
@@ -70,6 +75,7 @@ __all__ = [
     "process_model",
     "register",
     "sample_areas",
+    "save_statismo",
     "specificity",
     "trimmed_mean",
 ]
