@@ -70,6 +70,8 @@ def command(
     elif output is None and picture is None:
         sys.stdout.write(spec.to_toml())
     if not table and not json:
+        for text in spec.notes:
+            note(f"{path.name}: {text}")
         for item in spec.unresolved:
             note(f"{path.name} {item.entity} ({item.kind}) is unresolved: {item.reason}")
     return 1 if refused else 0

@@ -242,7 +242,7 @@ class DatumTarget:
     kind : str
         ``point``, ``line``, ``rectangle``, ``circle``, ``circular_curve`` or ``area``.
     origin : (3,) tuple of float or None
-        [mm].
+        [mm], in the frame of the part itself, wherever an assembly puts it.
     axis, direction : (3,) tuple of float or None
         Third and first axis of its frame.
     length, width, diameter : float or None

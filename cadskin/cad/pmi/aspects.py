@@ -226,7 +226,7 @@ class Aspects:
         if file.is_a(item, *FACES):
             return "face", [item]
         if file.is_a(item, *_BODIES):
-            return "body", list(self._body_faces(item))
+            return "body", list(self.body_faces(item))
         if file.is_a(item, "EDGE_CURVE"):
             faces = topology.faces_at_edge(item)
             round_faces = [face for face in faces if topology.kind(face) in ("cylinder", "cone")]
@@ -275,7 +275,8 @@ class Aspects:
         topology = self.topology
         return [face for face in topology.faces if topology.surface(face) == surface]
 
-    def _body_faces(self, item: int) -> Iterator[int]:
+    def body_faces(self, item: int) -> Iterator[int]:
+        """Yield the faces of a solid or shell."""
         seen: set[int] = set()
         pending = [item]
         while pending:
