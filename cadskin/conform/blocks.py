@@ -11,8 +11,9 @@ from scipy.sparse.csgraph import connected_components
 
 from cadskin._arrays import frozen
 from cadskin.deviation import GaussianField, ScaledModel, SumModel, WhiteNoise
-from cadskin.deviation.base import FixedSampler, RestrictedModel
+from cadskin.deviation.algebra import RestrictedModel
 from cadskin.deviation.forms import FormModel
+from cadskin.deviation.samplers import FixedSampler
 from cadskin.shape.patches import smooth_patches
 
 if TYPE_CHECKING:

@@ -2,16 +2,8 @@
 
 from __future__ import annotations
 
-from cadskin.deviation.base import (
-    DeviationModel,
-    Sampler,
-    ScaledModel,
-    SumModel,
-    from_dict,
-    model_class,
-    model_names,
-    register,
-)
+from cadskin.deviation.algebra import RestrictedModel, ScaledModel, SumModel
+from cadskin.deviation.base import DeviationModel
 from cadskin.deviation.bases import BasisForm
 from cadskin.deviation.field import GaussianField
 from cadskin.deviation.forms import (
@@ -31,7 +23,9 @@ from cadskin.deviation.kernels import correlation
 from cadskin.deviation.modal import KarhunenLoeve, Modes
 from cadskin.deviation.noise import WhiteNoise
 from cadskin.deviation.randomised import Randomised
+from cadskin.deviation.registry import from_dict, model_class, model_names, register
 from cadskin.deviation.rigid import Bend, Shift, SizeOffset, Taper, Thermal, Tilt, Torsor, Twist
+from cadskin.deviation.samplers import Sampler
 from cadskin.deviation.texture import Fractal, FromSpectrum, Lobing, Waviness
 
 __all__ = [
@@ -54,6 +48,7 @@ __all__ = [
     "Paraboloid",
     "Quadric",
     "Randomised",
+    "RestrictedModel",
     "Saddle",
     "Sampler",
     "ScaledModel",

@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 
 from cadskin.deviation._philox import fill_normals, padded_count
-from cadskin.deviation.base import Sampler
+from cadskin.deviation.samplers import Sampler
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

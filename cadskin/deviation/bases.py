@@ -34,14 +34,16 @@ from numpy.polynomial import legendre
 from scipy.special import eval_jacobi, gammaln, lpmv
 
 from cadskin.deviation._parameters import finite
-from cadskin.deviation.base import MM, DeviationModel, FixedSampler, register
+from cadskin.deviation.base import MM, DeviationModel
 from cadskin.deviation.coordinates import surface_coordinates
+from cadskin.deviation.registry import register
+from cadskin.deviation.samplers import FixedSampler
 from cadskin.errors import DeviationError
 from cadskin.shape.ideal import Cone, Cylinder, Sphere
 
 if TYPE_CHECKING:
     from cadskin._typing import Floats, Vectors
-    from cadskin.deviation.base import Sampler
+    from cadskin.deviation.samplers import Sampler
     from cadskin.shape import Feature, NominalModel
 
 __all__ = ["BASES", "BasisForm", "dct", "fourier_legendre", "legendre_2d", "spherical", "zernike"]

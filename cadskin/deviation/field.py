@@ -15,8 +15,9 @@ from cadskin.deviation._linear import LinearSampler
 from cadskin.deviation._parameters import positive
 from cadskin.deviation._patches import PatchPoints, patch_points
 from cadskin.deviation._routes import METHODS, METRICS, make_field
-from cadskin.deviation.base import MM, DeviationModel, register
+from cadskin.deviation.base import MM, DeviationModel
 from cadskin.deviation.kernels import correlation, kernel_code
+from cadskin.deviation.registry import register
 from cadskin.errors import CadskinWarning, DeviationError
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 
     from cadskin._typing import Bools, Floats, Ints
     from cadskin.deviation._patch_fields import PatchField
-    from cadskin.deviation.base import Sampler
+    from cadskin.deviation.samplers import Sampler
     from cadskin.shape import Feature, NominalModel
 
 __all__ = ["GaussianField", "PatchwiseSampler"]

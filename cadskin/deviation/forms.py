@@ -19,13 +19,15 @@ import numpy as np
 from scipy.optimize import brentq
 
 from cadskin.deviation._parameters import finite, positive
-from cadskin.deviation.base import MM, RAD, DeviationModel, FixedSampler, register
+from cadskin.deviation.base import MM, RAD, DeviationModel
 from cadskin.deviation.coordinates import surface_coordinates
+from cadskin.deviation.registry import register
+from cadskin.deviation.samplers import FixedSampler
 from cadskin.errors import DeviationError
 
 if TYPE_CHECKING:
     from cadskin._typing import Floats
-    from cadskin.deviation.base import Sampler
+    from cadskin.deviation.samplers import Sampler
     from cadskin.shape import Feature, NominalModel
 
 __all__ = [

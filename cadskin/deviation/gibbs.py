@@ -16,8 +16,10 @@ from cadskin.deviation._parameters import positive
 from cadskin.deviation._patches import PatchPoints, patch_points
 from cadskin.deviation._philox import fill_page, padded_count, stream_of
 from cadskin.deviation._surface import SurfaceField
-from cadskin.deviation.base import MM, DeviationModel, Sampler, register
+from cadskin.deviation.base import MM, DeviationModel
 from cadskin.deviation.diagnostics import ChainDiagnostics, diagnose
+from cadskin.deviation.registry import register
+from cadskin.deviation.samplers import Sampler
 from cadskin.errors import CadskinWarning, DeviationError
 
 if TYPE_CHECKING:

@@ -10,13 +10,15 @@ import numpy as np
 
 from cadskin._arrays import frozen
 from cadskin.deviation._parameters import finite
-from cadskin.deviation.base import MM, DeviationModel, FixedSampler, register
+from cadskin.deviation.base import MM, DeviationModel
+from cadskin.deviation.registry import register
+from cadskin.deviation.samplers import FixedSampler
 from cadskin.errors import DeviationError
 from cadskin.shape.ideal import Cone, Cylinder, IdealSurface, Plane, Sphere, Torus
 
 if TYPE_CHECKING:
     from cadskin._typing import Floats, Points, Vectors
-    from cadskin.deviation.base import Sampler
+    from cadskin.deviation.samplers import Sampler
     from cadskin.shape import Feature, NominalModel
 
 __all__ = ["FromArray", "FromFE", "FromFunction", "Towards", "distance_along_normals"]

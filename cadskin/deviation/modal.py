@@ -20,9 +20,11 @@ from cadskin.deviation._linear import weighted_sums
 from cadskin.deviation._parameters import finite, positive
 from cadskin.deviation._patch_fields import LowRankField, PatchField
 from cadskin.deviation._patches import PatchPoints, patch_points
-from cadskin.deviation.base import MM, DeviationModel, FixedSampler, register
+from cadskin.deviation.base import MM, DeviationModel
 from cadskin.deviation.field import PatchwiseSampler
 from cadskin.deviation.kernels import kernel_code
+from cadskin.deviation.registry import register
+from cadskin.deviation.samplers import FixedSampler
 from cadskin.errors import DeviationError
 from cadskin.shape.operators import boundary_edges, cotangent_laplacian, lumped_mass
 
@@ -30,7 +32,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from cadskin._typing import Floats, Points, Triangles
-    from cadskin.deviation.base import Sampler
+    from cadskin.deviation.samplers import Sampler
     from cadskin.shape import Feature, NominalModel
 
 __all__ = ["KarhunenLoeve", "Modes", "laplacian_modes"]

@@ -10,13 +10,14 @@ import numpy as np
 
 from cadskin.deviation._linear import LinearSampler
 from cadskin.deviation._parameters import positive
-from cadskin.deviation.base import MM, DeviationModel, register
+from cadskin.deviation.base import MM, DeviationModel
+from cadskin.deviation.registry import register
 from cadskin.shape.patches import smooth_patches
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from cadskin.deviation.base import Sampler
+    from cadskin.deviation.samplers import Sampler
     from cadskin.shape import Feature, NominalModel
 
 __all__ = ["WhiteNoise"]

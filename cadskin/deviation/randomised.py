@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 import scipy.stats
 
-from cadskin.deviation.base import DeviationModel, Sampler, child_sequence, register
+from cadskin.deviation.base import DeviationModel
+from cadskin.deviation.registry import register
+from cadskin.deviation.samplers import Sampler, child_sequence
 from cadskin.errors import DeviationError
 
 if TYPE_CHECKING:

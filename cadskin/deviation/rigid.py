@@ -16,13 +16,15 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from cadskin.deviation._parameters import finite
-from cadskin.deviation.base import MM, RAD, DeviationModel, FixedSampler, register
+from cadskin.deviation.base import MM, RAD, DeviationModel
 from cadskin.deviation.coordinates import area_frame, surface_coordinates
+from cadskin.deviation.registry import register
+from cadskin.deviation.samplers import FixedSampler
 from cadskin.errors import DeviationError
 
 if TYPE_CHECKING:
     from cadskin._typing import Floats, Points, Vectors
-    from cadskin.deviation.base import Sampler
+    from cadskin.deviation.samplers import Sampler
     from cadskin.shape import Feature, NominalModel
 
 __all__ = ["Bend", "DisplacementModel", "Shift", "SizeOffset", "Taper", "Thermal", "Tilt", "Torsor", "Twist"]

@@ -11,17 +11,20 @@ import numpy as np
 from cadskin._arrays import frozen
 from cadskin.deviation._linear import LinearSampler, weighted_sums
 from cadskin.deviation._parameters import finite, positive
-from cadskin.deviation.base import MM, RAD, DeviationModel, FixedSampler, SumModel, register
+from cadskin.deviation.algebra import SumModel
+from cadskin.deviation.base import MM, RAD, DeviationModel
 from cadskin.deviation.bases import BasisForm
 from cadskin.deviation.coordinates import surface_coordinates
 from cadskin.deviation.field import GaussianField
+from cadskin.deviation.registry import register
+from cadskin.deviation.samplers import FixedSampler
 from cadskin.errors import DeviationError
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from cadskin._typing import Floats
-    from cadskin.deviation.base import Sampler
+    from cadskin.deviation.samplers import Sampler
     from cadskin.shape import Feature, NominalModel
 
 __all__ = ["Fractal", "FromSpectrum", "Lobing", "Waviness"]

@@ -17,12 +17,13 @@ from cadskin.deviation import (
     Paraboloid,
     Randomised,
     WhiteNoise,
-    base,
     from_dict,
     model_class,
     model_names,
     register,
+    registry,
 )
+from cadskin.deviation.samplers import FixedSampler
 from cadskin.errors import DeviationError, SelectionError
 
 NOISE, FIELD, FORM = WhiteNoise(0.02), GaussianField(0.01, 15), Paraboloid(0.05)
@@ -204,12 +205,12 @@ def test_models_of_third_parties_are_found_by_their_entry_point(monkeypatch):
         value: float = 1.0
 
         def prepare(self, nominal, features=None):
-            return base.FixedSampler(np.full(nominal.n_samples, self.value))
+            return FixedSampler(np.full(nominal.n_samples, self.value))
 
     class Point:
         def load(self):
             return Foreign
 
-    monkeypatch.setattr(base, "entry_points", lambda group, name: [Point()] if name == "foreign" else [])
-    monkeypatch.setattr(base, "_REGISTRY", dict(base._REGISTRY))
+    monkeypatch.setattr(registry, "entry_points", lambda group, name: [Point()] if name == "foreign" else [])
+    monkeypatch.setattr(registry, "_REGISTRY", dict(registry._REGISTRY))
     assert from_dict({"foreign": {"value": 2.0}}) == Foreign(2.0)

@@ -1,0 +1,151 @@
+"""Models made of models: sums, multiples, restrictions to features."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from cadskin.deviation.base import DeviationModel
+from cadskin.deviation.registry import register
+from cadskin.deviation.samplers import BLOCK, FixedSampler, Sampler, child_sequence
+from cadskin.errors import DeviationError
+
+if TYPE_CHECKING:
+    from cadskin._typing import Bools, Floats
+    from cadskin.shape import Feature, NominalModel
+
+__all__ = ["RestrictedModel", "ScaledModel", "SumModel", "added"]
+
+
+def added(left: DeviationModel, right: DeviationModel) -> SumModel:
+    """Return the sum of two models; the terms of sums stand side by side."""
+    return SumModel((*_terms(left), *_terms(right)))
+
+
+@register
+@dataclass(frozen=True, eq=False, repr=False)
+class SumModel(DeviationModel):
+    """The sum of models; term t of sample i has its own random stream (i, t): the terms are independent."""
+
+    name: ClassVar[str] = "sum"
+    terms: tuple[DeviationModel, ...]
+
+    def __post_init__(self) -> None:
+        """Check the terms."""
+        object.__setattr__(self, "terms", tuple(self.terms))
+        if not self.terms or not all(isinstance(term, DeviationModel) for term in self.terms):
+            raise DeviationError("a sum needs at least one deviation model")
+
+    def prepare(self, nominal: NominalModel, features: Sequence[Feature] | None = None) -> Sampler:
+        """Prepare every term."""
+        return _SumSampler([term.prepare(nominal, features) for term in self.terms])
+
+    def __str__(self) -> str:
+        return " + ".join(str(term) for term in self.terms)
+
+    __repr__ = __str__
+
+
+class _SumSampler(Sampler):
+    def __init__(self, terms: Sequence[Sampler]) -> None:
+        self.terms = tuple(terms)
+        self.n_samples = self.terms[0].n_samples
+        self.notes = tuple(note for term in self.terms for note in term.notes)
+
+    def fill(self, seeds: Sequence[np.random.SeedSequence], out: Floats) -> None:
+        self.terms[0].fill([child_sequence(seed, 0) for seed in seeds], out)
+        extra = np.zeros((min(BLOCK, len(seeds)), self.n_samples))
+        for t, term in enumerate(self.terms[1:], start=1):
+            for start in range(0, len(seeds), BLOCK):
+                rows = out[start : start + BLOCK]
+                term.fill(
+                    [child_sequence(seed, t) for seed in seeds[start : start + BLOCK]], extra[: len(rows)]
+                )
+                rows += extra[: len(rows)]
+
+
+@register
+@dataclass(frozen=True, eq=False, repr=False)
+class ScaledModel(DeviationModel):
+    """A model times a number."""
+
+    name: ClassVar[str] = "scaled"
+    factor: float
+    model: DeviationModel
+
+    def __post_init__(self) -> None:
+        """Check the factor."""
+        if not np.isfinite(self.factor):
+            raise DeviationError(f"the factor of a deviation model must be finite, got {self.factor}")
+
+    def prepare(self, nominal: NominalModel, features: Sequence[Feature] | None = None) -> Sampler:
+        """Prepare the model that is scaled."""
+        return _ScaledSampler(self.factor, self.model.prepare(nominal, features))
+
+    def __str__(self) -> str:
+        inner = str(self.model)
+        return f"{self.factor:.12g} * " + (f"({inner})" if isinstance(self.model, SumModel) else inner)
+
+    __repr__ = __str__
+
+
+class _ScaledSampler(Sampler):
+    def __init__(self, factor: float, inner: Sampler) -> None:
+        self.factor, self.inner = factor, inner
+        self.n_samples, self.notes = inner.n_samples, inner.notes
+
+    def fill(self, seeds: Sequence[np.random.SeedSequence], out: Floats) -> None:
+        self.inner.fill(seeds, out)
+        out *= self.factor
+
+
+@register
+@dataclass(frozen=True, eq=False, repr=False)
+class RestrictedModel(DeviationModel):
+    """A model on selected features, zero elsewhere; made by ``model.on(...)``."""
+
+    name: ClassVar[str] = "on"
+    model: DeviationModel
+    ref: Any = None
+    filters: dict[str, Any] = field(default_factory=dict)
+
+    def prepare(self, nominal: NominalModel, features: Sequence[Feature] | None = None) -> Sampler:
+        """Prepare the inner model for the selected features."""
+        chosen: Iterable[Feature] = nominal.select(self.ref, **self.filters)
+        if features is not None:
+            wanted = {feature.id for feature in features}
+            chosen = [feature for feature in chosen if feature.id in wanted]
+        chosen = tuple(chosen)
+        if not chosen:
+            return FixedSampler(np.zeros(nominal.n_samples))
+        mask = np.zeros(nominal.n_samples, dtype=bool)
+        for feature in chosen:
+            mask[feature.rows] = True
+        return _MaskedSampler(self.model.prepare(nominal, chosen), mask)
+
+    def __str__(self) -> str:
+        arguments = [repr(self.ref)] if self.ref is not None else []
+        arguments += [f"{key}={value!r}" for key, value in self.filters.items()]
+        inner = str(self.model)
+        return (f"({inner})" if isinstance(self.model, (SumModel, ScaledModel)) else inner) + (
+            f".on({', '.join(arguments)})"
+        )
+
+    __repr__ = __str__
+
+
+class _MaskedSampler(Sampler):
+    def __init__(self, inner: Sampler, mask: Bools) -> None:
+        self.inner, self.outside = inner, ~mask
+        self.n_samples, self.notes = inner.n_samples, inner.notes
+
+    def fill(self, seeds: Sequence[np.random.SeedSequence], out: Floats) -> None:
+        self.inner.fill(seeds, out)
+        out[:, self.outside] = 0.0
+
+
+def _terms(model: DeviationModel) -> tuple[DeviationModel, ...]:
+    return model.terms if isinstance(model, SumModel) else (model,)
