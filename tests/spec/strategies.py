@@ -166,7 +166,7 @@ def dimensions(draw, number, kinds):
     nominal = draw(st.none() | (st.floats(0.01, 3.0) if angular else st.floats(1.0, 499.0)))
     low = high = fit = None
     if nominal is not None and not angular and draw(st.booleans()):
-        fit = draw(st.sampled_from(["H7", "g6", "JS9", "p6", "N7", "D10", "h11"]))
+        fit = draw(st.sampled_from(["H7", "g6", "JS9", "p6", "N7", "D10", "h11", "za6", "ZB8"]))
         low, high = (clean_sum(nominal, deviation) for deviation in fit_deviations(nominal, fit))
     elif draw(st.booleans()):
         low, high = sorted([draw(st.floats(0, 600)), draw(st.floats(0, 600))])
