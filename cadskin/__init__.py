@@ -94,6 +94,8 @@ _HOMES = {
     "simulate": "cadskin.skin",
     "simulate_ensemble": "cadskin.skin",
     "simulate_in_profile_zone": "cadskin.skin",
+    "simulate_run": "cadskin.export",
+    "open_run": "cadskin.export",
     "weld": "cadskin.skin",
     # verification
     "Association": "cadskin.shape.association",
@@ -166,6 +168,8 @@ if TYPE_CHECKING:
     from cadskin.errors import CadskinWarning as CadskinWarning
     from cadskin.export import to_meshio as to_meshio
     from cadskin.export import to_trimesh as to_trimesh
+    from cadskin.export import open_run as open_run
+    from cadskin.export import simulate_run as simulate_run
     from cadskin.export import write as write
     from cadskin.shape import DiscreteShape as DiscreteShape
     from cadskin.shape import Face as Face

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from cadskin.cli._console import note, print_json, print_table, progress_bar
-from cadskin.cli._general_tolerance import general_tolerance
 from cadskin.cli._models import deviation_model, fresh_seed, seed_of_part
 from cadskin.cli._options import (
     AllowOpen,
@@ -142,6 +141,7 @@ def command(
 def _simulate(nominal: NominalModel, name: str, request: Request) -> tuple[SkinModel, float]:
     """Return the as-made part and the width of its tolerance zone [mm]."""
     from cadskin.skin import simulate_in_profile_zone
+    from cadskin.spec.general import general_tolerance
 
     longest = float((nominal.surface.points.max(axis=0) - nominal.surface.points.min(axis=0)).max())
     width = request.tolerance or general_tolerance(longest)

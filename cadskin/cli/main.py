@@ -34,6 +34,8 @@ COMMANDS = {
     "evaluate": "cadskin.cli.evaluate",
     "reference": "cadskin.cli.reference",
     "verify": "cadskin.cli.verify",
+    "simulate": "cadskin.cli.simulate",
+    "export": "cadskin.cli.export",
 }
 
 EXIT_USAGE = 2

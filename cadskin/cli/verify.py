@@ -14,11 +14,16 @@ from cadskin.cli._options import Json, Part, TimeLimit
 def command(
     mesh: Annotated[
         Path,
-        typer.Argument(metavar="MESH", help="Made part with face labels: .npz or .ply.", show_default=False),
+        typer.Argument(
+            metavar="MESH",
+            help="Made part with face labels (.npz or .ply), or a run folder.",
+            show_default=False,
+        ),
     ],
     of: Annotated[
-        Path, typer.Option("--of", metavar="PART", help="CAD file of the nominal part.", show_default=False)
-    ],
+        Path | None,
+        typer.Option("--of", metavar="PART", help="CAD file of the nominal part.", show_default=False),
+    ] = None,
     spec: Annotated[
         Path | None,
         typer.Option(
@@ -52,6 +57,14 @@ def command(
         raise SpecificationError(
             f"unknown standard {standard!r}; choose 'ISO 5459:2011' or 'ASME Y14.5.1-2019'"
         )
+    if mesh.is_dir():
+        from cadskin.cli._verify_run import verify_run
+
+        return verify_run(
+            mesh, spec, standard=cast("Standard", standard), sections=sections, csv=csv, json=json
+        )
+    if of is None:
+        raise SpecificationError(f"{mesh.name} is a mesh: name the CAD file of its nominal part with --of")
     made = read_labelled_mesh(mesh)
     given = None if spec is None else read_spec(spec)
     parts = discretise(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from cadskin.conform.capability import capability_scale, fraction_outside, tail_quantile
+from cadskin.conform.capable import capable_model
 from cadskin.conform.policy import Conformity, policies_of, target
 from cadskin.conform.simulate import ConformingSampler, Made, prepare_conforming, simulate_conforming
 
@@ -9,8 +11,12 @@ __all__ = [
     "ConformingSampler",
     "Conformity",
     "Made",
+    "capability_scale",
+    "capable_model",
+    "fraction_outside",
     "policies_of",
     "prepare_conforming",
     "simulate_conforming",
+    "tail_quantile",
     "target",
 ]

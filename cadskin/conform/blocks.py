@@ -17,7 +17,7 @@ from cadskin.deviation.samplers import FixedSampler
 from cadskin.shape.patches import smooth_patches
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
     from cadskin._typing import Floats, Ints
     from cadskin.deviation import DeviationModel, Sampler
@@ -94,24 +94,32 @@ def has_independent_patches(model: DeviationModel) -> bool:
     return isinstance(model, GaussianField | WhiteNoise | FormModel)
 
 
-def gaussian_mean(model: DeviationModel, nominal: NominalModel) -> Floats | None:
-    """Return the mean field (n_c,) [mm] of a Gaussian model; None where it is not known to be Gaussian."""
+def gaussian_mean(
+    model: DeviationModel, nominal: NominalModel, features: Sequence[Feature] | None = None
+) -> Floats | None:
+    """Return the mean field (n_c,) [mm] of a Gaussian model; None where it is not known to be Gaussian.
+
+    Only the values on ``features`` (all by default) count, as in `DeviationModel.prepare`.
+    """
     if isinstance(model, GaussianField | WhiteNoise):
         return np.zeros(nominal.n_samples)
     if isinstance(model, ScaledModel):
-        inner = gaussian_mean(model.model, nominal)
+        inner = gaussian_mean(model.model, nominal, features)
         return None if inner is None else model.factor * inner
     if isinstance(model, SumModel):
-        parts = [gaussian_mean(term, nominal) for term in model.terms]
+        parts = [gaussian_mean(term, nominal, features) for term in model.terms]
         known = [part for part in parts if part is not None]
         return np.sum(known, axis=0) if len(known) == len(parts) else None
     if isinstance(model, RestrictedModel):
-        inner = gaussian_mean(model.model, nominal)
+        chosen = nominal.select(model.ref, **model.filters)
+        wanted = {feature.id for feature in (chosen if features is None else features)}
+        chosen = tuple(feature for feature in chosen if feature.id in wanted)
+        inner = gaussian_mean(model.model, nominal, chosen)
         if inner is None:
             return None
         mean = np.zeros(nominal.n_samples)
-        for feature in nominal.select(model.ref, **model.filters):
+        for feature in chosen:
             mean[feature.rows] = inner[feature.rows]
         return mean
-    sampler: Sampler | None = model.prepare(nominal) if isinstance(model, FormModel) else None
+    sampler: Sampler | None = model.prepare(nominal, features) if isinstance(model, FormModel) else None
     return sampler.values if isinstance(sampler, FixedSampler) else None

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 import trimesh
 
-from cadskin.cli._general_tolerance import CLASS_K, LENGTHS, general_tolerance
 from cadskin.cli._models import seed_of_part
 from cadskin.cli._targets import names_for_parts
 from cadskin.cli.main import main
 from cadskin.errors import CadskinError
+from cadskin.spec.general import CLASS_K, LENGTHS, general_tolerance
 
 PARTS = Path(__file__).resolve().parents[2] / "examples" / "parts"
 PLATE, HINGE = str(PARTS / "plate.step"), str(PARTS / "hinge.step")
