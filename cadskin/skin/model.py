@@ -140,6 +140,10 @@ class SkinModel:
 
         return to_ocp(self.surface)
 
+    def __repr__(self) -> str:
+        low, high = float(self.deviation.min(initial=0.0)), float(self.deviation.max(initial=0.0))
+        return f"SkinModel({self.nominal!r}, deviation {low:+.4g} to {high:+.4g} mm, {self.provenance.model})"
+
     def _repr_html_(self) -> str:
         rows = [
             ("part", self.nominal.source.path or self.nominal.source.kind),
@@ -195,6 +199,9 @@ class SkinEnsemble:
 
     def _sample(self, index: int) -> SkinModel:
         return SkinModel(self.nominal, self.deviations[index], replace(self.provenance, index=index))
+
+    def __repr__(self) -> str:
+        return f"SkinEnsemble({len(self)} of {self.nominal!r}, {self.provenance.model})"
 
     def _repr_html_(self) -> str:
         rows = [
