@@ -18,6 +18,8 @@ NUMBERS = {
     "03_step_to_skin": (0.25, 1.0),  # greatest deviation over half the tolerance: used, never exceeded
     "10_pmi_cadquery": (4, 4),  # tolerances that come back from AP242 as they were written
     "11_pmi_build123d": (8, 8),  # members of a pattern of four holes, in two segments
+    "70_learn_from_ten_parts": (0.1, 0.7),  # error after six probed points over that of the mean alone
+    "71_scan_to_deviation": (2.0, 7.0),  # um: 10 um noise, some 20 points per reading, less at edges
 }
 RUN = """
 import runpy, sys

@@ -228,8 +228,10 @@ def _iterate(
     limit: int,
 ) -> RigidMotion:
     centre, radius = _middle(nominal)
+    reach = np.inf
     for _ in range(limit):
-        state = _state(nominal, motion.apply(points), probe_radius, groups)
+        state = _state(nominal, motion.apply(points), probe_radius, groups, reach)
+        reach = 100.0 * state.scale + probe_radius  # far points are outliers: they need no foot any more
         if state.usable.sum() < 6:
             raise StatisticsError(
                 f"only {int(state.usable.sum())} of {len(points)} points lie near the "
@@ -237,15 +239,21 @@ def _iterate(
             )
         step = _step(state, criterion, groups, centre, radius)
         motion = small_motion(step, centre).after(motion)
-        if np.abs(step * np.array([1, 1, 1, radius, radius, radius])).max() < 1e-7 + 1e-4 * state.scale * (
-            criterion == "robust" and limit > 20
-        ):
+        moved = float(np.abs(step * np.array([1, 1, 1, radius, radius, radius])).max())
+        # far below what the scatter of the points lets the pose be known to
+        if moved < 1e-9 * radius + 0.1 * state.scale / np.sqrt(state.usable.sum()):
             break
     return motion
 
 
-def _state(nominal: NominalModel, points: Points, probe_radius: float, groups: list[Bools]) -> _State:
-    where = contacts(nominal, points)
+def _state(
+    nominal: NominalModel,
+    points: Points,
+    probe_radius: float,
+    groups: list[Bools],
+    limit: float = np.inf,
+) -> _State:
+    where = contacts(nominal, points, limit=limit)
     distances = signed_distances(nominal, points, where) - probe_radius
     chosen = np.logical_or.reduce(groups)[where.faces]
     usable = chosen & ~where.on_edge & np.isfinite(distances)
@@ -301,7 +309,7 @@ def _middle(nominal: NominalModel) -> tuple[Points, float]:
 def _check_fit(state: _State, nominal: NominalModel) -> None:
     """Refuse a scan that does not lie on this part."""
     limit = 0.01 * nominal.surface.diagonal
-    near = float((np.abs(state.distances[np.isfinite(state.distances)]) < limit).mean())
+    near = float((np.abs(np.nan_to_num(state.distances, nan=np.inf)) < limit).mean())
     if state.scale > limit or near < 0.4:
         raise StatisticsError(
             f"the scan does not fit the part: typical distance {state.scale:.3g} mm, {100 * near:.0f} % of "
