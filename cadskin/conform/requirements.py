@@ -106,6 +106,8 @@ def value_of(requirement: Requirement, part: MadePart, spec: Specification) -> f
 def with_general(spec: Specification, nominal: NominalModel) -> Specification:
     """Return the specification with its general tolerance on every feature that has none of its own.
 
+    A feature that is a datum of the general tolerance gets none.
+
     Parameters
     ----------
     spec : Specification
@@ -116,6 +118,7 @@ def with_general(spec: Specification, nominal: NominalModel) -> Specification:
     if general is None or general.value is None:
         return spec
     taken = {face for tolerance in spec for face in tolerance.feature.faces}
+    datums = {face for letter in general.datums.letters for face in spec.datum(letter).feature.faces}
     added = [
         replace(
             general,
@@ -124,7 +127,7 @@ def with_general(spec: Specification, nominal: NominalModel) -> Specification:
             scope="feature",
         )
         for feature in nominal.features
-        if not taken.intersection(feature.face_indices)
+        if not taken.intersection(feature.face_indices) and not datums.intersection(feature.face_indices)
     ]
     return replaced_tolerances(spec, (*spec.tolerances, *added))
 
@@ -137,7 +140,7 @@ def replaced_tolerances(spec: Specification, tolerances: tuple[Tolerance, ...]) 
         *tolerances,
         datums=spec.datums,
         dimensions=spec.dimensions,
-        default=spec.default,
+        default=None,  # it stands on its features now
         unresolved=spec.unresolved,
         notes=spec.notes,
         checked=False,
@@ -179,8 +182,7 @@ def _pieces(
     tolerance: Tolerance, nominal: NominalModel, spec: Specification, blocks: Blocks, policy: Conformity
 ) -> Iterator[Requirement]:
     members = tolerance.feature.members
-    together = tolerance.characteristic.group == "location" and tolerance.zone.combined is not False
-    if len(members) > 1 and not together:
+    if len(members) > 1 and not tolerance.datums and tolerance.characteristic.group == "form":
         for faces in members:
             selection = replace(tolerance.feature, faces=faces, groups=())
             yield _piece(replace(tolerance, feature=selection), nominal, spec, blocks, policy)
