@@ -21,9 +21,11 @@ from cadskin.verify.zones import FREEDOMS, free_columns, line_patch, solve
 
 if TYPE_CHECKING:
     from cadskin._typing import Points, Vectors
+    from cadskin.shape import Feature
     from cadskin.shape.association import Pose
+    from cadskin.spec import Specification
 
-__all__ = ["Boundary", "Requirement", "boundary_violation", "virtual_size"]
+__all__ = ["Boundary", "Requirement", "boundary_patch", "boundary_violation", "material_size", "virtual_size"]
 
 Requirement: TypeAlias = Literal["MMR", "LMR"]
 
@@ -108,7 +110,7 @@ def boundary_violation(
     """
     if not boundaries:
         raise SpecificationError("a material requirement needs at least one boundary")
-    parts = [(_patch(boundary), np.asarray(boundary.points)) for boundary in boundaries]
+    parts = [(boundary_patch(boundary), np.asarray(boundary.points)) for boundary in boundaries]
     columns = free_columns(name for name in FREEDOMS if name in free)
     found = solve(parts, frame, columns, "upper", what="material requirement")
     return Evaluation(
@@ -125,6 +127,23 @@ def boundary_violation(
     )
 
 
-def _patch(boundary: Boundary) -> Patch:
+def boundary_patch(boundary: Boundary) -> Patch:
+    """Return the virtual cylinder as a patch: the distance is the violation."""
     sign = -1.0 if boundary.keeps_out else 1.0
     return line_patch(boundary.direction, boundary.place, radius=0.5 * boundary.diameter, sign=sign)
+
+
+def material_size(spec: Specification, feature: Feature, requirement: Requirement, name: str) -> float:
+    """Return the maximum or least material size of a feature, a diameter [mm]."""
+    faces = set(feature.face_indices)
+    for dimension in spec.dimensions:
+        if dimension.kind != "size" or not faces & set(dimension.feature.faces):
+            continue
+        # The most material: the largest shaft, the smallest hole.
+        limit = dimension.lower if feature.internal == (requirement == "MMR") else dimension.upper
+        if limit is not None:
+            return 2.0 * limit if dimension.name == "radius" else limit
+    raise SpecificationError(
+        f"tolerance {name}: {requirement} needs a size with limits on {feature.name}; the "
+        "specification has none"
+    )

@@ -50,6 +50,11 @@ class DatumFeature:
         Points of the second face of a width.
     radii : (n,) float, optional
         For a common datum of coaxial cylinders (A-B): the nominal radius at each point [mm].
+    levels : (n,) float, optional
+        For a common datum of parallel planes at different heights: the nominal height at each point along
+        the hint [mm].
+    orientation_only : bool
+        The datum holds rotations only (ISO 5459 ><).
     """
 
     label: str
@@ -60,6 +65,8 @@ class DatumFeature:
     criterion: DatumCriterion | None = None
     opposite: Points | None = None
     radii: Floats | None = None
+    levels: Floats | None = None
+    orientation_only: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,6 +84,8 @@ class EstablishedDatum:
         Radius or width [mm].
     criterion : str
     certified : bool
+    orientation_only : bool
+        It holds rotations only.
     """
 
     label: str
@@ -86,10 +95,12 @@ class EstablishedDatum:
     size: float | None
     criterion: str
     certified: bool
+    orientation_only: bool = False
 
     def text(self) -> str:
         """Return the operation that was applied, for the record."""
-        return f"association of datum {self.label}: {self.kind}, {self.criterion}"
+        only = ", orientation only" if self.orientation_only else ""
+        return f"association of datum {self.label}: {self.kind}, {self.criterion}{only}"
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,6 +9,7 @@ References
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -62,14 +63,12 @@ def establish_one(
         A degenerate feature, or one neither parallel nor perpendicular to ``along``.
     """
     criterion = criterion_of(feature, standard)
+    functions = {"plane": _plane, "width": _width}
     try:
-        if feature.kind == "plane":
-            return _plane(feature, criterion, along)
-        if feature.kind == "width":
-            return _width(feature, criterion, along)
-        return _round(feature, criterion, along)
+        found = functions.get(feature.kind, _round)(feature, criterion, along)
     except AssociationError as error:
         raise AssociationError(f"datum {feature.label}: {error}") from error
+    return replace(found, orientation_only=True) if feature.orientation_only else found
 
 
 def _plane(feature: DatumFeature, criterion: DatumCriterion, along: Vectors | None) -> EstablishedDatum:
@@ -77,6 +76,8 @@ def _plane(feature: DatumFeature, criterion: DatumCriterion, along: Vectors | No
         criterion, "constrained least squares"
     )
     certified = True
+    if feature.levels is not None:
+        return _stepped_plane(feature, criterion, along)
     if along is None:
         found = associate(feature.points, "plane", word, axis=feature.hint)
         normal, certified = found.pose.axis, found.certified
@@ -98,6 +99,27 @@ def _plane(feature: DatumFeature, criterion: DatumCriterion, along: Vectors | No
     centre = feature.points.mean(axis=0)
     point = centre + (level - centre @ normal) * normal
     return EstablishedDatum(feature.label, "plane", point, normal, None, criterion, certified)
+
+
+def _stepped_plane(
+    feature: DatumFeature, criterion: DatumCriterion, along: Vectors | None
+) -> EstablishedDatum:
+    """Return the common datum of parallel planes at different heights, associated together (ISO 5459)."""
+    levels, points = np.asarray(feature.levels), np.asarray(feature.points)
+    if criterion != "minimax" or feature.hint is None or along is not None:
+        raise SpecificationError(
+            f"datum {feature.label}: a common datum of planes at different heights is supported as the "
+            "primary datum, by minimax, with a known normal"
+        )
+    up = np.array([0.0, 0.0, 1.0])
+    parts = [(plane_patch(up, offset=float(level)), points[levels == level]) for level in np.unique(levels)]
+    centre = points.mean(axis=0)
+    start = Pose(centre, frame_about(np.asarray(feature.hint)), np.zeros(2))
+    found = solve(parts, start, (3, 4), "zone", what=f"datum {feature.label}")
+    normal = found.pose.axis
+    top = float((points @ normal - levels).max())
+    point = centre + (top - centre @ normal) * normal
+    return EstablishedDatum(feature.label, "plane", point, normal, None, criterion, found.certified)
 
 
 def _perpendicular_normal(
@@ -319,7 +341,8 @@ def _frame(z: Vectors, datums: list[EstablishedDatum], standard: Standard) -> Da
     axis_points: list[Points] = []
     for datum in datums:
         if datum.kind in ("plane", "width"):
-            planes.append((datum.direction, float(datum.direction @ datum.point)))
+            if not datum.orientation_only:
+                planes.append((datum.direction, float(datum.direction @ datum.point)))
             if abs(float(datum.direction @ z)) < 0.5:
                 inward = -datum.direction if datum.kind == "plane" else datum.direction
                 y, x = (inward, x) if y is None else (y, inward)
@@ -336,7 +359,10 @@ def _frame(z: Vectors, datums: list[EstablishedDatum], standard: Standard) -> Da
     if x is None:
         x = np.cross(y, z)
     axes = np.ascontiguousarray(np.stack([x, y, z], axis=1))
-    origin, held = _origin(axes, planes, axis_points, datums[0].point)
+    located = [
+        datum.point for datum in datums if datum.kind not in ("plane", "width") and not datum.orientation_only
+    ]
+    origin, held = _origin(axes, planes, located, datums[0].point)
     free = [name for name, fixed in zip(("tx", "ty", "tz"), held, strict=True) if not fixed]
     if not turned:
         free.append("rz")

@@ -14,9 +14,10 @@ from cadskin.verify.zones import FREEDOMS, free_columns, line_patch, plane_patch
 
 if TYPE_CHECKING:
     from cadskin._typing import Points, Vectors
+    from cadskin.shape.association import Patch
     from cadskin.verify.datums import DatumFrame
 
-__all__ = ["MaterialReport", "Target", "material_report", "position", "symmetry"]
+__all__ = ["MaterialReport", "Target", "material_report", "position", "symmetry", "target_patch"]
 
 LocationShape: TypeAlias = Literal["line", "point", "plane"]
 
@@ -73,13 +74,7 @@ def position(
         raise SpecificationError(f"{characteristic} needs at least one feature")
     parts, planes = [], all(target.shape == "plane" for target in targets)
     for target in targets:
-        if target.shape == "line":
-            patch = line_patch(target.direction, target.place)
-        elif target.shape == "plane":
-            patch = plane_patch(target.direction, target.place)
-        else:
-            patch = point_patch(target.place)
-        parts.append((patch, np.asarray(target.points)))
+        parts.append((target_patch(target), np.asarray(target.points)))
     mode: Literal["symmetric", "upper"] = "symmetric" if planes else "upper"
     columns = free_columns(name for name in FREEDOMS if name in free)
     found = solve(parts, frame, columns, mode, what=characteristic)
@@ -100,6 +95,15 @@ def position(
         operations=(*operations, "extraction: the given points", "filtration: none"),
         details={"unique": found.unique},
     )
+
+
+def target_patch(target: Target) -> Patch:
+    """Return the exact feature of a target, in the datum frame."""
+    if target.shape == "line":
+        return line_patch(target.direction, target.place)
+    if target.shape == "plane":
+        return plane_patch(target.direction, target.place)
+    return point_patch(target.place)
 
 
 @dataclass(frozen=True)

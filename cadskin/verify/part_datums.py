@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from cadskin.errors import SpecificationError
 from cadskin.shape.association import Pose, frame_about
 from cadskin.shape.ideal import Cylinder, Plane, Sphere
+from cadskin.spec.modifiers import MATERIAL_MODIFIERS
 from cadskin.verify.datums import DatumFeature, DatumFrame, Standard, establish
 
 if TYPE_CHECKING:
@@ -18,9 +20,10 @@ if TYPE_CHECKING:
     from cadskin._typing import Points, Vectors
     from cadskin.shape import Feature
     from cadskin.spec import DatumReference, Specification, Tolerance
+    from cadskin.verify.boundary import Requirement
     from cadskin.verify.extraction import MadePart
 
-__all__ = ["Placement", "placement"]
+__all__ = ["Placement", "mobile_references", "placement", "requirement_of"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +46,16 @@ class Placement:
     frame: Pose
     nominal_frame: Pose
     free: tuple[str, ...]
+
+    @classmethod
+    def everywhere(cls) -> Placement:
+        """Return the placement without datums: every motion is free."""
+        identity = Pose(np.zeros(3), np.eye(3), np.zeros(2))
+        return cls(None, None, identity, identity, ("tx", "ty", "tz", "rx", "ry", "rz"))
+
+    def with_translations(self) -> Placement:
+        """Return a copy whose datums hold rotations only."""
+        return replace(self, free=tuple(dict.fromkeys(("tx", "ty", "tz", *self.free))))
 
     def in_frame(self, point: Points) -> Points:
         """Return a nominal point (3,) in coordinates of the frame."""
@@ -70,14 +83,37 @@ def placement(part: MadePart, tolerance: Tolerance, spec: Specification, standar
     SpecificationError
         A datum without feature, or of a kind that is not supported.
     """
-    identity = Pose(np.zeros(3), np.eye(3), np.zeros(2))
-    if not tolerance.datums:
-        return Placement(None, None, identity, identity, ("tx", "ty", "tz", "rx", "ry", "rz"))
-    made = [_datum_feature(part, reference, spec, actual=True) for reference in tolerance.datums.references]
-    ideal = [_datum_feature(part, reference, spec, actual=False) for reference in tolerance.datums.references]
+    fixed = _fixed_references(tolerance)
+    if not fixed:
+        return Placement.everywhere()
+    made = [_datum_feature(part, reference, spec, actual=True) for reference in fixed]
+    ideal = [_datum_feature(part, reference, spec, actual=False) for reference in fixed]
     nominal = establish(ideal, standard=standard)
     actual = establish(made, standard=standard)
     return Placement(actual, nominal, _aligned(actual, nominal), nominal.pose, actual.free)
+
+
+def requirement_of(reference: DatumReference) -> Requirement | None:
+    """Return the material requirement of a datum reference."""
+    for modifier in reference.modifiers:
+        if modifier.name in MATERIAL_MODIFIERS:
+            return "MMR" if MATERIAL_MODIFIERS[modifier.name] == "MMR" else "LMR"
+    return None
+
+
+def mobile_references(tolerance: Tolerance) -> tuple[DatumReference, ...]:
+    """Return the datum references with a material requirement: boundaries, not associations."""
+    return tuple(item for item in tolerance.datums.references if requirement_of(item) is not None)
+
+
+def _fixed_references(tolerance: Tolerance) -> tuple[DatumReference, ...]:
+    mobile = [requirement_of(reference) is not None for reference in tolerance.datums.references]
+    if any(first and not second for first, second in pairwise(mobile)):
+        raise SpecificationError(
+            f"tolerance {tolerance.id}: a datum without material requirement after one with it is not "
+            "supported"
+        )
+    return tuple(item for item, moves in zip(tolerance.datums.references, mobile, strict=True) if not moves)
 
 
 def _aligned(actual: DatumFrame, nominal: DatumFrame) -> Pose:
@@ -110,7 +146,9 @@ def _datum_feature(
         faces.extend(datum.feature.faces)
     features = part.features(faces)
     take = part.points if actual else part.nominal_points
-    return feature_of_datum(reference.label, features, take)
+    found = feature_of_datum(reference.label, features, take)
+    only = any(modifier.name == "ORIENTATION" for modifier in reference.modifiers)
+    return replace(found, orientation_only=only)
 
 
 def feature_of_datum(label: str, features: Sequence[Feature], take: object) -> DatumFeature:
@@ -124,13 +162,11 @@ def feature_of_datum(label: str, features: Sequence[Feature], take: object) -> D
             return DatumFeature(
                 label, "width", points[0], bool(apart > 0), first.faces[0].normal, None, points[1]
             )
-        if facing > 0.999:  # one plane in pieces: a common datum
-            return DatumFeature(label, "plane", np.concatenate(points), hint=first.faces[0].normal)
+    if len(features) > 1 and _parallel(features):
+        return _planes(label, features, points)
     if len(features) > 1 and not _coaxial(features):
         names = ", ".join(feature.name for feature in features)
-        raise SpecificationError(
-            f"datum {label} of {names}: only opposite or equal planes and equal axes are joined"
-        )
+        raise SpecificationError(f"datum {label} of {names}: only parallel planes and equal axes are joined")
     cloud = np.concatenate(points)
     if isinstance(first.ideal, Plane):
         return DatumFeature(label, "plane", cloud, hint=first.faces[0].normal)
@@ -143,6 +179,24 @@ def feature_of_datum(label: str, features: Sequence[Feature], take: object) -> D
     raise SpecificationError(
         f"datum {label} is a {first.kind}; plane, cylinder, sphere and width are supported"
     )
+
+
+def _parallel(features: Sequence[Feature]) -> bool:
+    """Tell whether features are planes that face the same way (a common datum A-B)."""
+    normal = features[0].faces[0].normal
+    return all(
+        isinstance(feature.ideal, Plane) and float(feature.faces[0].normal @ normal) > 1 - 1e-9
+        for feature in features
+    )
+
+
+def _planes(label: str, features: Sequence[Feature], points: list[Points]) -> DatumFeature:
+    """Return the common datum of one plane in pieces, or of planes at different heights."""
+    normal = np.asarray(features[0].faces[0].normal)
+    heights = np.array([float((f.ideal.origin - features[0].ideal.origin) @ normal) for f in features])  # type: ignore[union-attr]
+    heights = np.where(np.abs(heights) < 1e-6, 0.0, heights)
+    levels = np.repeat(heights, [len(part) for part in points]) if heights.any() else None
+    return DatumFeature(label, "plane", np.concatenate(points), hint=normal, levels=levels)
 
 
 def _coaxial(features: Sequence[Feature]) -> bool:

@@ -13,6 +13,7 @@ from cadskin._progress import report
 from cadskin.errors import CadskinError, SpecificationError
 from cadskin.verify.evaluation import Evaluation, plain
 from cadskin.verify.extraction import MadePart
+from cadskin.verify.general import with_general
 from cadskin.verify.tolerances import evaluate
 
 if TYPE_CHECKING:
@@ -106,6 +107,10 @@ class EnsembleVerification:
         NaN where a tolerance has no value.
     values : (N, m) float
         NaN where a tolerance could not be evaluated [mm].
+    certified : (N, m) bool
+    kept : (N, m) bool
+        The verdict of each tolerance: of its value, or of its material requirement; False where it could
+        not be evaluated.
     unresolved : tuple of (int, str, str)
         Part, tolerance and reason.
     """
@@ -114,13 +119,15 @@ class EnsembleVerification:
     limits: Floats
     values: Floats
     certified: Bools
+    kept: Bools
     unresolved: tuple[tuple[int, str, str], ...] = ()
 
     @property
     def conforming(self) -> Bools:
         """Whether each part conforms (N,)."""
-        kept = np.isnan(self.limits) | (self.values <= self.limits)
-        return np.asarray(kept.all(axis=1) & ~np.isnan(self.values).any(axis=1))
+        failed = np.zeros(len(self.values), dtype=bool)
+        failed[[part for part, _, _ in self.unresolved]] = True
+        return np.asarray(self.kept.all(axis=1) & ~failed)
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON."""
@@ -174,7 +181,7 @@ def verify(
     model = actual.nominal if isinstance(actual, SkinModel | SkinEnsemble) else nominal
     if model is None:
         raise SpecificationError("a mesh is verified against a nominal model; give nominal=")
-    bound = spec if _is_bound(spec) else spec.bind(model)
+    bound = with_general(spec if _is_bound(spec) else spec.bind(model), model)
     if isinstance(actual, SkinEnsemble):
         return _verify_all(actual, bound, standard, sections, progress)
     surface = actual.surface if isinstance(actual, SkinModel) else actual
@@ -205,14 +212,15 @@ def _verify_all(
 ) -> EnsembleVerification:
     names = tuple(tolerance.id for tolerance in spec)
     values = np.full((len(ensemble), len(names)), np.nan)
-    certified = np.zeros(values.shape, dtype=bool)
+    certified, kept = np.zeros(values.shape, dtype=bool), np.zeros(values.shape, dtype=bool)
     unresolved: list[tuple[int, str, str]] = []
     for index, skin in enumerate(ensemble):
         found = _verify_one(MadePart(skin.surface, ensemble.nominal), spec, standard, sections, None)
         for name, evaluation in found.evaluations:
             values[index, names.index(name)] = evaluation.value
             certified[index, names.index(name)] = evaluation.certified
+            kept[index, names.index(name)] = evaluation.ok is not False
         unresolved.extend((index, name, reason) for name, reason in found.unresolved)
         report(progress, index + 1, len(ensemble))
     limits = np.array([np.nan if t.value is None else t.value for t in spec])
-    return EnsembleVerification(names, limits, values, certified, tuple(unresolved))
+    return EnsembleVerification(names, limits, values, certified, kept, tuple(unresolved))

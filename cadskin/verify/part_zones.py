@@ -1,0 +1,213 @@
+"""Zones fixed to datums on made parts: orientation, location, run-out and profile."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from cadskin.errors import SpecificationError
+from cadskin.shape.association import Patch, Pose, associate, frame_about
+from cadskin.shape.association._kernels import CONE, CYLINDER, PLANE, SPHERE, TORUS
+from cadskin.shape.association.models import FREEFORM
+from cadskin.shape.ideal import Cone, Cylinder, Plane, Sphere, Torus
+from cadskin.verify.extraction import axial_sections, ring_sections
+from cadskin.verify.location import Target, position
+from cadskin.verify.orientation import orientation
+from cadskin.verify.part_form import median_line_of, median_surface_points, refusal
+from cadskin.verify.profile import profile
+from cadskin.verify.runout import runout
+from cadskin.verify.sampled import sampled_closest
+from cadskin.verify.supported import is_tangent
+
+if TYPE_CHECKING:
+    from cadskin._typing import Points, Vectors
+    from cadskin.shape import Feature
+    from cadskin.spec import Tolerance
+    from cadskin.verify.evaluation import Evaluation
+    from cadskin.verify.extraction import MadePart
+    from cadskin.verify.part_datums import Placement
+
+__all__ = ["part_location", "part_orientation", "part_profile", "part_runout", "profile_parts", "targets"]
+
+Members = tuple[tuple[int, ...], ...]
+
+
+def part_orientation(
+    tolerance: Tolerance, part: MadePart, members: Members, place: Placement, sections: int
+) -> Evaluation:
+    """Evaluate an orientation tolerance on one feature of a made part."""
+    faces = members[0]
+    feature = part.features(faces)[0]
+    if place.actual is None or place.nominal is None:
+        raise SpecificationError(f"tolerance {tolerance.id}: {tolerance.type} needs a datum")
+    datum = place.nominal.axes[:, 2]
+    name: Any = tolerance.type
+    is_axis = tolerance.feature.derived == "axis" or tolerance.zone.shape == "diameter"
+    if is_axis or isinstance(feature.ideal, Cylinder):
+        if is_tangent(tolerance):
+            raise refusal(tolerance, feature)
+        line = median_line_of(part, faces, feature, sections)
+        angle = _angle(feature.ideal.axis, datum)  # type: ignore[union-attr]
+        if tolerance.zone.shape == "diameter":
+            return orientation(line, name, place.actual, feature="line", zone="cylinder", normal_angle=angle)
+        exact = angle if place.nominal.datums[0].kind == "cylinder" else 0.5 * np.pi - angle
+        return orientation(line, name, place.actual, feature="line", angle=abs(exact))
+    if isinstance(feature.ideal, Plane):
+        angle = _angle(feature.ideal.normal, datum)
+        points = _plane_points(tolerance, part, faces)
+        found = orientation(points, name, place.actual, normal_angle=angle)
+        if is_tangent(tolerance):
+            words = ("association: tangent plane, constrained least squares", *found.operations)
+            return replace(found, operations=words)
+        return found
+    raise refusal(tolerance, feature)
+
+
+def _plane_points(tolerance: Tolerance, part: MadePart, faces: tuple[int, ...]) -> Points:
+    """Return the points of the extracted plane, or of its tangent plane over the same extent."""
+    features = part.features(faces)
+    if tolerance.feature.derived == "median_plane":
+        if len(features) != 2:
+            raise refusal(tolerance, features[0])
+        return median_surface_points(part, features)
+    points = part.points(faces)
+    if not is_tangent(tolerance):
+        return points
+    tangent = associate(points, "plane", "GE", axis=features[0].faces[0].normal)
+    return np.asarray(points - tangent.residuals[:, None] * tangent.pose.axis)
+
+
+def _angle(direction: Vectors, datum: Vectors) -> float:
+    """Return the angle between two lines [rad], exactly 0 or a right angle where it is nearly that."""
+    cosine = abs(float(np.asarray(direction) @ datum))
+    if cosine > 1 - 1e-12:
+        return 0.0
+    return 0.5 * np.pi if cosine < 1e-9 else float(np.arccos(cosine))
+
+
+def part_location(
+    tolerance: Tolerance, part: MadePart, members: Members, place: Placement, sections: int
+) -> Evaluation:
+    """Evaluate a location tolerance on features of a made part that move together."""
+    return position(
+        targets(tolerance, part, members, place, sections),
+        place.frame,
+        free=place.free,
+        certified=place.certified,
+        characteristic=tolerance.type,
+        operations=place.operations(),
+    )
+
+
+def targets(
+    tolerance: Tolerance, part: MadePart, members: Members, place: Placement, sections: int
+) -> list[Target]:
+    """Return the derived features of members with their exact places."""
+    return [_target(tolerance, part, faces, place, sections) for faces in members]
+
+
+def _target(
+    tolerance: Tolerance, part: MadePart, faces: tuple[int, ...], place: Placement, sections: int
+) -> Target:
+    features = part.features(faces)
+    feature = features[0]
+    if isinstance(feature.ideal, Cylinder | Cone):
+        line = median_line_of(part, faces, feature, sections)
+        origin = feature.ideal.origin if isinstance(feature.ideal, Cylinder) else feature.ideal.apex
+        return Target(line, place.in_frame(origin), place.turned(feature.ideal.axis), "line")
+    if isinstance(feature.ideal, Sphere):
+        centre = associate(part.points(faces), "sphere", "least squares").pose.origin[None, :]
+        return Target(centre, place.in_frame(feature.ideal.centre), np.zeros(3), "point")
+    if isinstance(feature.ideal, Plane) and len(features) == 2:
+        median, normal = median_surface_points(part, features), features[0].faces[0].normal
+        middle = 0.5 * (feature.ideal.origin + features[1].ideal.origin)  # type: ignore[union-attr]
+        return Target(median, place.in_frame(middle), place.turned(normal), "plane")
+    if isinstance(feature.ideal, Plane) and tolerance.feature.derived == "none":
+        points = part.points(faces)
+        return Target(
+            points, place.in_frame(feature.ideal.origin), place.turned(feature.ideal.normal), "plane"
+        )
+    raise refusal(tolerance, feature)
+
+
+def part_runout(
+    tolerance: Tolerance, part: MadePart, members: Members, place: Placement, sections: int
+) -> Evaluation:
+    """Evaluate a run-out tolerance on one feature of a made part."""
+    faces = members[0]
+    feature = part.features(faces)[0]
+    if place.actual is None:
+        raise SpecificationError(f"tolerance {tolerance.id}: run-out needs a datum axis")
+    datum = place.actual.datums[0]
+    total, points = tolerance.type == "total_runout", part.points(faces)
+    pose = Pose(datum.point, frame_about(datum.direction), np.zeros(2))
+    if isinstance(feature.ideal, Plane):
+        rings = None if total else ring_sections(part, faces, pose, sections)
+        return runout(points, place.actual, direction="axial", total=total, circles=rings)
+    if isinstance(feature.ideal, Cylinder | Cone | Torus | Sphere):
+        rings = None if total else axial_sections(part, faces, pose, sections)
+        return runout(points, place.actual, direction="radial", total=total, circles=rings)
+    raise refusal(tolerance, feature)
+
+
+def part_profile(
+    tolerance: Tolerance, part: MadePart, members: Members, place: Placement, sections: int
+) -> Evaluation:
+    """Evaluate a profile tolerance on features of a made part that move together."""
+    return profile(
+        profile_parts(tolerance, part, members, place, sections),
+        place.frame,
+        free=place.free,
+        certified=place.certified,
+        operations=place.operations(),
+    )
+
+
+def profile_parts(
+    tolerance: Tolerance,
+    part: MadePart,
+    members: Members,
+    place: Placement,
+    sections: int,  # noqa: ARG001
+) -> list[tuple[Patch, Points]]:
+    """Return the nominal surfaces in the datum frame, each with its points."""
+    if tolerance.type == "line_profile":
+        raise SpecificationError(
+            f"tolerance {tolerance.id}: a line profile needs an intersection plane, which "
+            "specifications do not hold yet"
+        )
+    offset = 0.0 if tolerance.value is None else tolerance.zone.offset(tolerance.value)
+    parts = []
+    for faces in members:
+        for feature in part.features(faces):
+            parts.append((_patch(feature, place, offset), part.points(feature.face_indices)))
+    return parts
+
+
+def _patch(feature: Feature, place: Placement, offset: float) -> Patch:
+    """Return the nominal surface of a feature in the datum frame, positive out of the material."""
+    ideal, sign = feature.ideal, -1.0 if feature.internal else 1.0
+
+    def placed(origin: Points, axis: Vectors, s0: float, s1: float = 0.0) -> Pose:
+        return Pose(place.in_frame(origin), frame_about(place.turned(axis)), np.array([s0, s1]))
+
+    if isinstance(ideal, Plane):
+        return Patch(PLANE, placed(ideal.origin, feature.faces[0].normal, 0.0), 1.0, offset)
+    if isinstance(ideal, Cylinder):
+        return Patch(CYLINDER, placed(ideal.origin, ideal.axis, ideal.radius), sign, offset)
+    if isinstance(ideal, Sphere):
+        return Patch(SPHERE, placed(ideal.centre, np.array([0.0, 0, 1]), ideal.radius), sign, offset)
+    if isinstance(ideal, Cone):
+        height = float(((feature.points - ideal.apex) @ ideal.axis).mean())
+        radius = height * float(np.tan(ideal.half_angle))
+        place_ = placed(ideal.apex + height * ideal.axis, ideal.axis, radius, ideal.half_angle)
+        return Patch(CONE, place_, sign, offset)
+    if isinstance(ideal, Torus):
+        place_ = placed(ideal.centre, ideal.axis, ideal.minor_radius, ideal.major_radius)
+        return Patch(TORUS, place_, sign, offset)
+    axes = place.nominal_frame.axes
+    local = (feature.points - place.nominal_frame.origin) @ axes
+    closest = sampled_closest(local, feature.normals @ axes, feature.curvatures, feature.directions @ axes)
+    return Patch(FREEFORM, Pose(np.zeros(3), np.eye(3), np.zeros(2)), 1.0, offset, closest)
