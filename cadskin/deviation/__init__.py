@@ -22,6 +22,16 @@ from cadskin.deviation.given import FromArray, FromFE, FromFunction, Towards
 from cadskin.deviation.kernels import correlation
 from cadskin.deviation.modal import KarhunenLoeve, Modes
 from cadskin.deviation.noise import WhiteNoise
+from cadskin.deviation.processes import (
+    ClampedBow,
+    LayerSteps,
+    clamped_plate,
+    drilled,
+    ground,
+    milled,
+    printed,
+    turned,
+)
 from cadskin.deviation.randomised import Randomised
 from cadskin.deviation.registry import from_dict, model_class, model_names, register
 from cadskin.deviation.rigid import Bend, Shift, SizeOffset, Taper, Thermal, Tilt, Torsor, Twist
@@ -31,6 +41,7 @@ from cadskin.deviation.texture import Fractal, FromSpectrum, Lobing, Waviness
 __all__ = [
     "BasisForm",
     "Bend",
+    "ClampedBow",
     "Cone",
     "Cylinder",
     "DeviationModel",
@@ -43,6 +54,7 @@ __all__ = [
     "GaussianField",
     "Gibbs",
     "KarhunenLoeve",
+    "LayerSteps",
     "Lobing",
     "Modes",
     "Paraboloid",
@@ -65,10 +77,16 @@ __all__ = [
     "Waviness",
     "WhiteNoise",
     "biconic_sag",
+    "clamped_plate",
     "correlation",
+    "drilled",
     "from_dict",
+    "ground",
+    "milled",
     "model_class",
     "model_names",
     "morph",
+    "printed",
     "register",
+    "turned",
 ]

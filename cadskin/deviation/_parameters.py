@@ -8,14 +8,19 @@ import numpy as np
 
 from cadskin.errors import DeviationError
 
-__all__ = ["finite", "positive"]
+__all__ = ["finite", "owner_name", "positive"]
+
+
+def owner_name(owner: object) -> str:
+    """Return the name of a model, or that of a function given as text."""
+    return owner if isinstance(owner, str) else type(owner).__name__
 
 
 def _number(value: Any, what: str, owner: object) -> float:
     try:
         number = float(value)
     except (TypeError, ValueError) as error:
-        raise DeviationError(f"{type(owner).__name__}: {what} must be a number, got {value!r}") from error
+        raise DeviationError(f"{owner_name(owner)}: {what} must be a number, got {value!r}") from error
     return number
 
 
@@ -23,7 +28,7 @@ def finite(value: Any, what: str, unit: str, owner: object) -> float:
     """Return ``value`` as a float; refuse NaN, infinity and what is no number."""
     number = _number(value, what, owner)
     if not np.isfinite(number):
-        raise DeviationError(f"{type(owner).__name__}: {what} must be finite, got {number} {unit}".rstrip())
+        raise DeviationError(f"{owner_name(owner)}: {what} must be finite, got {number} {unit}".rstrip())
     return number
 
 
@@ -32,6 +37,6 @@ def positive(value: Any, what: str, unit: str, owner: object) -> float:
     number = finite(value, what, unit, owner)
     if number <= 0:
         raise DeviationError(
-            f"{type(owner).__name__}: {what} must be greater than 0, got {number:.6g} {unit}".rstrip()
+            f"{owner_name(owner)}: {what} must be greater than 0, got {number:.6g} {unit}".rstrip()
         )
     return number

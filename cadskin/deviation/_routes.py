@@ -29,9 +29,9 @@ from cadskin.deviation.coordinates import area_frame
 from cadskin.errors import DeviationError
 
 if TYPE_CHECKING:
-    from cadskin._typing import Points
+    from cadskin._typing import Floats, Points
 
-__all__ = ["METHODS", "METRICS", "make_field"]
+__all__ = ["METHODS", "METRICS", "make_field", "make_graded_field"]
 
 METRICS = ("auto", "euclidean", "surface", "geodesic")
 METHODS = ("auto", "dense", "karhunen_loeve", "grid", "two_level", "vecchia")
@@ -41,6 +41,14 @@ _LOW_RANK_POINTS = 10_000
 _LOW_RANK = 400
 _SPACING = {"squared_exponential": 0.25, "matern52": 1 / 6, "matern32": 1 / 6}
 _DENSE_LIMIT = 20_000  # points beyond which a dense matrix is refused
+
+
+def make_graded_field(patch: PatchPoints, lengths: Floats, kernel: str) -> PatchField:
+    """Return the unit field of a patch whose correlation length (k,) [mm] varies from sample to sample."""
+    of_point = np.zeros(len(patch.points))
+    of_point[patch.point_of_sample] = lengths[patch.samples]
+    middle = float(np.exp(np.log(of_point).mean()))
+    return SurfaceField(patch.points / middle, patch.triangles, kernel, of_point / middle)
 
 
 def make_field(patch: PatchPoints, length: float, kernel: str, metric: str, method: str) -> PatchField:

@@ -48,6 +48,7 @@ _POLES = {
 }
 _ROBIN = 0.7  # boundary term, per length, against the doubled variance at free edges (fourfold at corners)
 _ALL_PROBES = 8_000  # meshes up to this size have the exact variance at every point
+_SAMPLES = 8_192  # for the variance of larger meshes with a varying length
 _PROBE_SPACING = 0.25  # of the points where larger meshes have it, in correlation lengths
 _BORDER_SPACING = 0.12  # of those on the boundary
 
@@ -76,6 +77,9 @@ class SurfaceField(PatchField):
         Divided by the correlation length.
     triangles : (m, 3) int
     kernel : str
+    stretch : (n,) float, optional
+        Local correlation length over the one that ``points`` are divided by: a non-stationary field, whose
+        operator is 1 - div(length² grad).
 
     Notes
     -----
@@ -83,13 +87,24 @@ class SurfaceField(PatchField):
     of a mesh up to 8000 points, else at points a quarter length apart with kriging between (measured: within
     1 % for 99 % of the points of a smooth field), and divided out. On a closed surface the correlation is
     that of the operator; within one length of a free edge it is off by up to 0.1 (rough) to 0.3 (smooth).
+    With a ``stretch`` and more than 8000 points the variance comes from 8192 fixed samples: the standard
+    deviation has a relative error of 0.8 % (one sigma).
+
+    References
+    ----------
+    Fuglstad, Lindgren, Simpson, Rue: Exploring a new class of non-stationary spatial Gaussian random fields
+    with varying local anisotropy, Stat. Sin. 25 (2015), doi:10.5705/ss.2013.106w.
     """
 
-    def __init__(self, points: Points, triangles: Triangles, kernel: str) -> None:
+    def __init__(
+        self, points: Points, triangles: Triangles, kernel: str, stretch: Floats | None = None
+    ) -> None:
         pole, self.coefficients = spectral_polynomial(kernel)
         mass = lumped_mass(points, triangles)
-        matrix = cotangent_laplacian(points, triangles) * pole
-        diagonal = mass + _ROBIN * pole * boundary_mass(points, triangles)
+        local = np.ones(len(points)) if stretch is None else np.asarray(stretch, dtype=np.float64)
+        squares = None if stretch is None else (local**2)[triangles].mean(axis=1)
+        matrix = cotangent_laplacian(points, triangles, weights=squares) * pole
+        diagonal = mass + _ROBIN * pole * local * boundary_mass(points, triangles)
         matrix = (matrix + dia_array((diagonal[None], [0]), shape=matrix.shape)).tocsr()
         self.matrix, self.lumped = matrix, mass
         self.solver = SparseCholesky(matrix, points)
@@ -97,7 +112,8 @@ class SurfaceField(PatchField):
         self.mass = mass[self.order].astype(np.float32)[:, None]
         self.latent = len(points)
         self.scale = np.ones((len(points), 1), dtype=np.float32)
-        variance = self._variance(points, triangles)
+        graded = stretch is not None and len(points) > _ALL_PROBES
+        variance = self._sampled_variance() if graded else self._variance(points, triangles)
         self.scale = (1.0 / np.sqrt(variance[self.order])).astype(np.float32)[:, None]
         uneven = np.sqrt(variance.max() / variance.min())
         self.note = (
@@ -147,6 +163,16 @@ class SurfaceField(PatchField):
         found = np.log(self._local_row_norms(points, probes))
         middle = float(np.median(found))
         return np.exp(middle + kriging_interpolation(points[probes], found - middle, points))
+
+    def _sampled_variance(self) -> Floats:
+        """Variance of the coloured noise at every point (n,), from fixed samples."""
+        generator = np.random.default_rng(0)
+        total = np.zeros(self.latent)
+        for _ in range(_SAMPLES // COLUMNS):
+            noise = generator.standard_normal((self.latent, COLUMNS), dtype=np.float32)
+            coloured = self._coloured((noise / np.sqrt(self.mass)).astype(np.float32))
+            total[self.order] += np.einsum("ij,ij->i", coloured, coloured)
+        return total / _SAMPLES
 
     def _row_norms(self, probes: Ints) -> Floats:
         """Variance at some points, exactly: p(W) is symmetric, so a response is a row."""

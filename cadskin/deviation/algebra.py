@@ -112,6 +112,13 @@ class RestrictedModel(DeviationModel):
     ref: Any = None
     filters: dict[str, Any] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        """Make tuples of lists, so that a model from a file equals the one that was written."""
+        tidy = {key: tuple(item) if isinstance(item, list) else item for key, item in self.filters.items()}
+        object.__setattr__(self, "filters", tidy)
+        if isinstance(self.ref, list):
+            object.__setattr__(self, "ref", tuple(self.ref))
+
     def prepare(self, nominal: NominalModel, features: Sequence[Feature] | None = None) -> Sampler:
         """Prepare the inner model for the selected features."""
         chosen: Iterable[Feature] = nominal.select(self.ref, **self.filters)

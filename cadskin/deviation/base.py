@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from cadskin.deviation._parameters import positive
 from cadskin.deviation._plain import plain, same, text
+from cadskin.deviation._shares import with_tolerance
 
 if TYPE_CHECKING:
     from cadskin._typing import Floats, RNGLike
@@ -78,6 +80,25 @@ class DeviationModel(ABC):
         from cadskin.deviation.algebra import RestrictedModel
 
         return RestrictedModel(self, ref, dict(filters))
+
+    def resolved(self, *, tolerance: float) -> DeviationModel:
+        """Return a copy in which shares of a tolerance have become numbers.
+
+        ``sigma`` and ``amplitude`` can be given as ``"from tolerance"`` (an eighth and a half of the zone)
+        or as ``"0.2 of tolerance"``.
+
+        Parameters
+        ----------
+        tolerance : float
+            Width of the tolerance zone [mm], > 0.
+
+        Examples
+        --------
+        >>> from cadskin.deviation import GaussianField
+        >>> GaussianField("from tolerance", length=12).resolved(tolerance=0.2)
+        GaussianField(sigma=0.025 mm, length=12 mm)
+        """
+        return with_tolerance(self, positive(tolerance, "tolerance", "mm", self))
 
     def parameters(self) -> dict[str, Any]:
         """Return the parameters that differ from their defaults, for the specification file."""

@@ -34,10 +34,10 @@ from numpy.polynomial import legendre
 from scipy.special import eval_jacobi, gammaln, lpmv
 
 from cadskin.deviation._parameters import finite
+from cadskin.deviation._tangent import form_sampler
 from cadskin.deviation.base import MM, DeviationModel
 from cadskin.deviation.coordinates import surface_coordinates
 from cadskin.deviation.registry import register
-from cadskin.deviation.samplers import FixedSampler
 from cadskin.errors import DeviationError
 from cadskin.shape.ideal import Cone, Cylinder, Sphere
 
@@ -151,12 +151,13 @@ class BasisForm(DeviationModel):
 
     def prepare(self, nominal: NominalModel, features: Sequence[Feature] | None = None) -> Sampler:
         """Sum the functions on every feature."""
-        values = np.zeros(nominal.n_samples)
-        for feature in nominal.features if features is None else features:
-            for key, value in self.coefficients.items():
-                i, j = _indices(key)
-                values[feature.rows] += value * self.function(feature, i, j)
-        return FixedSampler(values)
+        return form_sampler(nominal, features, self._on)
+
+    def _on(self, feature: Feature) -> Floats:
+        values = np.zeros(feature.n_points)
+        for key, value in self.coefficients.items():
+            values += value * self.function(feature, *_indices(key))
+        return values
 
     def function(self, feature: Feature, i: int, j: int) -> Floats:
         """Return the function (i, j) at the samples of a feature (k,)."""

@@ -14,7 +14,8 @@ from cadskin._arrays import frozen
 from cadskin.deviation._linear import LinearSampler
 from cadskin.deviation._parameters import positive
 from cadskin.deviation._patches import PatchPoints, patch_points
-from cadskin.deviation._routes import METHODS, METRICS, make_field
+from cadskin.deviation._routes import METHODS, METRICS, make_field, make_graded_field
+from cadskin.deviation._shares import needs_numbers, number_or_share
 from cadskin.deviation.base import MM, DeviationModel
 from cadskin.deviation.kernels import correlation, kernel_code
 from cadskin.deviation.registry import register
@@ -43,10 +44,13 @@ class GaussianField(DeviationModel):
     ----------
     sigma : float, (n_c,) float or callable
         Standard deviation [mm], > 0. An array gives it per feature sample; a callable gets the sample points
-        (n_c, 3) [mm] and returns it per sample.
-    length : float
+        (n_c, 3) [mm] and returns it per sample. ``"from tolerance"`` or ``"0.2 of tolerance"``: a share of a
+        tolerance zone that `DeviationModel.resolved` tells (an eighth by default).
+    length : float, (n_c,) float or callable
         Correlation length l [mm], > 0, in the convention of `cadskin.deviation.kernels`: the squared
-        exponential is exp(-d²/(2 l²)), the Matern kernels are functions of sqrt(2 nu) d / l.
+        exponential is exp(-d²/(2 l²)), the Matern kernels are functions of sqrt(2 nu) d / l. An array gives
+        it per feature sample, a callable gets the sample points (n_c, 3) [mm]: the field is then made by the
+        Laplace-Beltrami operator with a varying coefficient (``metric`` surface).
     kernel : str
         ``squared_exponential`` (smooth), ``matern52``, ``matern32``, ``whittle``, ``exponential`` (rough).
     metric : str
@@ -81,7 +85,7 @@ class GaussianField(DeviationModel):
 
     name: ClassVar[str] = "field"
     sigma: Any = field(metadata=MM)
-    length: float = field(metadata=MM)
+    length: Any = field(metadata=MM)
     kernel: str = "squared_exponential"
     metric: str = "auto"
     method: str = "auto"
@@ -91,12 +95,17 @@ class GaussianField(DeviationModel):
     def __post_init__(self) -> None:
         """Check the parameters."""
         object.__setattr__(self, "sigma", _checked_sigma(self.sigma, self))
-        object.__setattr__(self, "length", positive(self.length, "length", "mm", self))
+        object.__setattr__(self, "length", _checked_length(self.length, self))
         kernel_code(self.kernel)
         object.__setattr__(self, "anisotropy", positive(self.anisotropy, "anisotropy", "", self))
         object.__setattr__(self, "direction", _checked_direction(self.direction))
         if self.anisotropy != 1.0 and self.metric == "surface":
             raise DeviationError("GaussianField: anisotropy needs metric='euclidean', not 'surface'")
+        on_surface = self.metric in ("auto", "surface") and self.method == "auto" and self.anisotropy == 1.0
+        if not isinstance(self.length, float) and not on_surface:
+            raise DeviationError(
+                "GaussianField: a varying length needs metric='surface', no method or anisotropy"
+            )
         for value, known, what in ((self.metric, METRICS, "metric"), (self.method, METHODS, "method")):
             if value not in known:
                 raise DeviationError(
@@ -105,30 +114,39 @@ class GaussianField(DeviationModel):
 
     def prepare(self, nominal: NominalModel, features: Sequence[Feature] | None = None) -> Sampler:
         """Choose a route for each smooth patch and set it up."""
+        needs_numbers(self)
         patches = patch_points(nominal, features)
-        _warn_of_scale(self, nominal, patches)
+        lengths = _length_of_samples(self.length, nominal)
+        _warn_of_scale(self, nominal, patches, lengths)
+        scale = _sigma_of_samples(self.sigma, nominal)
+        if not isinstance(self.length, float):
+            graded = [make_graded_field(patch, lengths, self.kernel) for patch in patches]
+            return PatchwiseSampler(patches, graded, scale)
         metric, stretched = self.metric, patches
         if self.anisotropy != 1.0:
             metric = "euclidean" if metric == "auto" else metric
             stretched = [patch.compressed(self.direction, self.anisotropy) for patch in patches]
         fields = [make_field(patch, self.length, self.kernel, metric, self.method) for patch in stretched]
-        scale = _sigma_of_samples(self.sigma, nominal)
         return PatchwiseSampler(patches, fields, scale)
 
     def parameters(self) -> dict[str, Any]:
-        """Return the parameters; a callable ``sigma`` cannot be written to a file."""
-        if callable(self.sigma):
-            raise DeviationError(
-                "GaussianField: sigma is a Python function and cannot be written; give an array"
-            )
+        """Return the parameters; a callable ``sigma`` or ``length`` cannot be written to a file."""
+        for key in ("sigma", "length"):
+            if callable(getattr(self, key)):
+                raise DeviationError(
+                    f"GaussianField: {key} is a Python function and cannot be written; give an array"
+                )
         return super().parameters()
 
     def __str__(self) -> str:
-        if not callable(self.sigma):
+        called = [key for key in ("sigma", "length") if callable(getattr(self, key))]
+        if not called:
             return super().__str__()
-        called = getattr(self.sigma, "__name__", "function")
-        rest = str(replace(self, sigma=1.0))
-        return rest.replace("sigma=1 mm", f"sigma={called}(points)")
+        text = str(replace(self, **dict.fromkeys(called, 1.0)))  # type: ignore[arg-type]
+        for key in called:
+            function = getattr(getattr(self, key), "__name__", "function")
+            text = text.replace(f"{key}=1 mm", f"{key}={function}(points)")
+        return text
 
     __repr__ = __str__
 
@@ -168,10 +186,21 @@ def _checked_sigma(sigma: Any, owner: object) -> Any:
     if callable(sigma):
         return sigma
     if np.ndim(sigma) == 0:
-        return positive(sigma, "sigma", "mm", owner)
+        return number_or_share(sigma, "sigma", owner)
     values = frozen(sigma, shape=(None,), name="GaussianField: sigma")
     if (values < 0).any() or not (values > 0).any():
         raise DeviationError("GaussianField: sigma must be 0 or more everywhere and more than 0 somewhere")
+    return values
+
+
+def _checked_length(length: Any, owner: object) -> Any:
+    if callable(length):
+        return length
+    if np.ndim(length) == 0:
+        return positive(length, "length", "mm", owner)
+    values = frozen(length, shape=(None,), name="GaussianField: length")
+    if not (values > 0).all():
+        raise DeviationError(f"GaussianField: length must be greater than 0, got {values.min():.6g} mm")
     return values
 
 
@@ -196,9 +225,26 @@ def _sigma_of_samples(sigma: float | Floats | Callable[..., Any], nominal: Nomin
     return np.broadcast_to(values, (nominal.n_samples,))
 
 
-def _warn_of_scale(model: GaussianField, nominal: NominalModel, patches: Sequence[PatchPoints]) -> None:
+def _length_of_samples(length: float | Floats | Callable[..., Any], nominal: NominalModel) -> Floats:
+    if callable(length):
+        points = nominal.surface.points[nominal.samples.vertex_ids]
+        length = np.asarray(length(points), dtype=np.float64)
+        return _length_of_samples(_checked_length(length, None), nominal)
+    values = np.asarray(length, dtype=np.float64)
+    if values.ndim and len(values) != nominal.n_samples:
+        raise DeviationError(
+            f"GaussianField: length has {len(values)} values, "
+            f"the part has {nominal.n_samples} feature samples"
+        )
+    return np.broadcast_to(values, (nominal.n_samples,))
+
+
+def _warn_of_scale(
+    model: GaussianField, nominal: NominalModel, patches: Sequence[PatchPoints], lengths: Floats
+) -> None:
+    shortest, longest = float(lengths.min(initial=np.inf)), float(lengths.max(initial=0.0))
     diagonal = nominal.surface.diagonal
-    if model.length > 100 * diagonal > 0:
+    if longest > 100 * diagonal > 0:
         warnings.warn(
             f"{model}: the length is more than 100 times the part ({diagonal:.6g} mm): "
             "the field acts as a shift of every patch",
@@ -206,12 +252,12 @@ def _warn_of_scale(model: GaussianField, nominal: NominalModel, patches: Sequenc
             stacklevel=3,
         )
     edge = max((patch.edge_length for patch in patches), default=0.0)
-    if edge > model.length / 3:
-        kept = 0.5 * (1.0 + float(correlation(np.array(edge), model.length, model.kernel)))
+    if edge > shortest / 3:
+        kept = 0.5 * (1.0 + float(correlation(np.array(edge), shortest, model.kernel)))
         warnings.warn(
             f"{model}: the mesh has fewer than four vertices per correlation length (median edge {edge:.3g} "
             f"mm); midway between vertices only {kept:.0%} of the variance is left; "
-            f"use edge_length={model.length / 4:.3g} or a larger length",
+            f"use edge_length={shortest / 4:.3g} or a larger length",
             CadskinWarning,
             stacklevel=3,
         )

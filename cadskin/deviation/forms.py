@@ -13,16 +13,17 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from scipy.optimize import brentq
 
 from cadskin.deviation._parameters import finite, positive
+from cadskin.deviation._shares import needs_numbers, number_or_share
+from cadskin.deviation._tangent import form_sampler
 from cadskin.deviation.base import MM, RAD, DeviationModel
 from cadskin.deviation.coordinates import surface_coordinates
 from cadskin.deviation.registry import register
-from cadskin.deviation.samplers import FixedSampler
 from cadskin.errors import DeviationError
 
 if TYPE_CHECKING:
@@ -94,13 +95,13 @@ class FormModel(DeviationModel):
         Angle of the form's first axis from the feature's [rad].
     """
 
-    amplitude: float = field(metadata=MM)
+    amplitude: Any = field(metadata=MM)
     centre: tuple[float, float] = field(default=(0.0, 0.0), metadata=MM)
     rotation: float = field(default=0.0, metadata=RAD)
 
     def __post_init__(self) -> None:
         """Check the parameters."""
-        object.__setattr__(self, "amplitude", finite(self.amplitude, "amplitude", "mm", self))
+        object.__setattr__(self, "amplitude", number_or_share(self.amplitude, "amplitude", self, finite))
         object.__setattr__(self, "rotation", finite(self.rotation, "rotation", "rad", self))
         object.__setattr__(self, "centre", _centre(self.centre, self))
 
@@ -110,10 +111,8 @@ class FormModel(DeviationModel):
 
     def prepare(self, nominal: NominalModel, features: Sequence[Feature] | None = None) -> Sampler:
         """Evaluate the form on every feature."""
-        values = np.zeros(nominal.n_samples)
-        for feature in nominal.features if features is None else features:
-            values[feature.rows] = self.on_coordinates(surface_coordinates(feature))
-        return FixedSampler(values)
+        needs_numbers(self)
+        return form_sampler(nominal, features, lambda f: self.on_coordinates(surface_coordinates(f)))
 
     def on_coordinates(self, coordinates: Floats) -> Floats:
         """Return the form (k,) [mm] at surface coordinates (k, 2) [mm]."""
@@ -213,7 +212,7 @@ class _RoundForm(FormModel):
         return np.asarray(np.sign(self.amplitude) * self.sag(x, y, curvature))
 
     def _curvature(self, x: Floats, y: Floats) -> float:
-        wanted = abs(self.amplitude)
+        wanted = float(abs(self.amplitude))
         unit = float(np.ptp(self.sag(x, y, 1e-9 / _reach(x, y)))) * _reach(x, y) / 1e-9
         if unit == 0:
             raise DeviationError(f"{self}: the feature has no extent across the form; turn it by rotation")
@@ -224,7 +223,7 @@ class _RoundForm(FormModel):
 
         steepest = self._steepest(x, y)
         if guess < 1e-6 * steepest:  # the next term is smaller than rounding
-            return guess / (1.0 + excess(guess))
+            return float(guess / (1.0 + excess(guess)))
         if not excess(steepest) > 0:
             raise DeviationError(
                 f"{self}: the feature is too small for this amplitude, the most is "
@@ -352,14 +351,14 @@ class Quadric(DeviationModel):
 
     def prepare(self, nominal: NominalModel, features: Sequence[Feature] | None = None) -> Sampler:
         """Evaluate the sag on every feature."""
-        values = np.zeros(nominal.n_samples)
-        for feature in nominal.features if features is None else features:
-            x, y = _turned(surface_coordinates(feature), self.centre, self.angle)
-            sag = biconic_sag(x, y, self.k1, self.k2, self.conic, self.conic)
-            if np.isnan(sag).any():
-                raise DeviationError(f"{self}: {feature.name} reaches beyond the equator of the form")
-            values[feature.rows] = sag
-        return FixedSampler(values)
+        return form_sampler(nominal, features, self._on)
+
+    def _on(self, feature: Feature) -> Floats:
+        x, y = _turned(surface_coordinates(feature), self.centre, self.angle)
+        sag = biconic_sag(x, y, self.k1, self.k2, self.conic, self.conic)
+        if np.isnan(sag).any():
+            raise DeviationError(f"{self}: {feature.name} reaches beyond the equator of the form")
+        return sag
 
 
 def morph(start: DeviationModel, end: DeviationModel, share: float) -> DeviationModel:

@@ -15,6 +15,7 @@ from cadskin.deviation._linear import COLUMNS
 from cadskin.deviation._parameters import positive
 from cadskin.deviation._patches import PatchPoints, patch_points
 from cadskin.deviation._philox import fill_page, padded_count, stream_of
+from cadskin.deviation._shares import needs_numbers, number_or_share
 from cadskin.deviation._surface import SurfaceField
 from cadskin.deviation.base import MM, DeviationModel
 from cadskin.deviation.diagnostics import ChainDiagnostics, diagnose
@@ -81,7 +82,7 @@ class Gibbs(DeviationModel):
     """
 
     name: ClassVar[str] = "gibbs"
-    sigma: float = field(metadata=MM)
+    sigma: Any = field(metadata=MM)
     length: float = field(metadata=MM)
     sweeps: int = 1000
     lower: Any = field(default=None, metadata=MM)
@@ -91,7 +92,7 @@ class Gibbs(DeviationModel):
 
     def __post_init__(self) -> None:
         """Check the parameters."""
-        object.__setattr__(self, "sigma", positive(self.sigma, "sigma", "mm", self))
+        object.__setattr__(self, "sigma", number_or_share(self.sigma, "sigma", self))
         object.__setattr__(self, "length", positive(self.length, "length", "mm", self))
         object.__setattr__(self, "sweeps", int(positive(self.sweeps, "sweeps", "", self)))
         if self.order not in ("sequential", "chromatic"):
@@ -107,6 +108,7 @@ class Gibbs(DeviationModel):
 
     def prepare(self, nominal: NominalModel, features: Sequence[Feature] | None = None) -> GibbsSampler:
         """Build the precision matrices and run trial chains."""
+        needs_numbers(self)
         sampler = GibbsSampler(self, nominal, patch_points(nominal, features))
         worst = max((d.rhat for d in sampler.diagnostics.values()), default=1.0)
         if worst > _RHAT_LIMIT:

@@ -10,6 +10,7 @@ import numpy as np
 
 from cadskin._arrays import frozen
 from cadskin.deviation._parameters import finite
+from cadskin.deviation._tangent import form_sampler
 from cadskin.deviation.base import MM, DeviationModel
 from cadskin.deviation.registry import register
 from cadskin.deviation.samplers import FixedSampler
@@ -45,16 +46,16 @@ class FromFunction(DeviationModel):
 
     def prepare(self, nominal: NominalModel, features: Sequence[Feature] | None = None) -> Sampler:
         """Call the function once for each feature."""
-        values = np.zeros(nominal.n_samples)
-        for feature in nominal.features if features is None else features:
-            found = np.asarray(self.function(feature.points, feature.normals), dtype=np.float64)
-            if found.shape not in ((), (feature.n_points,)) or not np.isfinite(found).all():
-                raise DeviationError(
-                    f"FromFunction: on {feature.name} the function returned an array of shape {found.shape} "
-                    f"or NaN; it must return {feature.n_points} finite numbers"
-                )
-            values[feature.rows] = found
-        return FixedSampler(values)
+        return form_sampler(nominal, features, self._on)
+
+    def _on(self, feature: Feature) -> Floats:
+        found = np.asarray(self.function(feature.points, feature.normals), dtype=np.float64)
+        if found.shape not in ((), (feature.n_points,)) or not np.isfinite(found).all():
+            raise DeviationError(
+                f"FromFunction: on {feature.name} the function returned an array of shape {found.shape} "
+                f"or NaN; it must return {feature.n_points} finite numbers"
+            )
+        return found
 
     def parameters(self) -> dict[str, Any]:
         """Refuse: a Python function cannot be written to a file."""
@@ -198,16 +199,16 @@ class Towards(DeviationModel):
 
     def prepare(self, nominal: NominalModel, features: Sequence[Feature] | None = None) -> Sampler:
         """Intersect the normals with the target."""
-        values = np.zeros(nominal.n_samples)
-        for feature in nominal.features if features is None else features:
-            found = distance_along_normals(feature.points, feature.normals, self.target)
-            if np.isnan(found).any():
-                raise DeviationError(
-                    f"Towards: {int(np.isnan(found).sum())} normals of {feature.name} do not meet the "
-                    f"{self.target.kind}; restrict the model with .on(...) or move the target"
-                )
-            values[feature.rows] = self.share * found
-        return FixedSampler(values)
+        return form_sampler(nominal, features, self._on)
+
+    def _on(self, feature: Feature) -> Floats:
+        found = distance_along_normals(feature.points, feature.normals, self.target)
+        if np.isnan(found).any():
+            raise DeviationError(
+                f"Towards: {int(np.isnan(found).sum())} normals of {feature.name} do not meet the "
+                f"{self.target.kind}; restrict the model with .on(...) or move the target"
+            )
+        return self.share * found
 
     def parameters(self) -> dict[str, Any]:
         """Return the surface as a table."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from scipy.sparse import csr_array, dia_array
@@ -20,6 +20,7 @@ from cadskin.deviation._linear import weighted_sums
 from cadskin.deviation._parameters import finite, positive
 from cadskin.deviation._patch_fields import LowRankField, PatchField
 from cadskin.deviation._patches import PatchPoints, patch_points
+from cadskin.deviation._shares import needs_numbers, number_or_share
 from cadskin.deviation.base import MM, DeviationModel
 from cadskin.deviation.field import PatchwiseSampler
 from cadskin.deviation.kernels import kernel_code
@@ -82,7 +83,7 @@ class KarhunenLoeve(DeviationModel):
     """
 
     name: ClassVar[str] = "karhunen_loeve"
-    sigma: float = field(metadata=MM)
+    sigma: Any = field(metadata=MM)
     length: float = field(metadata=MM)
     kernel: str = "squared_exponential"
     energy: float = 0.99
@@ -90,7 +91,7 @@ class KarhunenLoeve(DeviationModel):
 
     def __post_init__(self) -> None:
         """Check the parameters."""
-        object.__setattr__(self, "sigma", positive(self.sigma, "sigma", "mm", self))
+        object.__setattr__(self, "sigma", number_or_share(self.sigma, "sigma", self))
         object.__setattr__(self, "length", positive(self.length, "length", "mm", self))
         kernel_code(self.kernel)
         if not 0 < finite(self.energy, "energy", "", self) <= 1:
@@ -100,6 +101,7 @@ class KarhunenLoeve(DeviationModel):
 
     def prepare(self, nominal: NominalModel, features: Sequence[Feature] | None = None) -> Sampler:
         """Find the modes of each smooth patch."""
+        needs_numbers(self)
         patches = patch_points(nominal, features)
         unit_fields = [self._modes(patch) for patch in patches]
         return PatchwiseSampler(patches, unit_fields, np.full(nominal.n_samples, self.sigma))

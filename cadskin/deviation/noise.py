@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from cadskin.deviation._linear import LinearSampler
-from cadskin.deviation._parameters import positive
+from cadskin.deviation._shares import needs_numbers, number_or_share
 from cadskin.deviation.base import MM, DeviationModel
 from cadskin.deviation.registry import register
 from cadskin.shape.patches import smooth_patches
@@ -54,14 +54,15 @@ class WhiteNoise(DeviationModel):
     """
 
     name: ClassVar[str] = "noise"
-    sigma: float = field(metadata=MM)
+    sigma: Any = field(metadata=MM)
 
     def __post_init__(self) -> None:
         """Check the standard deviation."""
-        object.__setattr__(self, "sigma", positive(self.sigma, "sigma", "mm", self))
+        object.__setattr__(self, "sigma", number_or_share(self.sigma, "sigma", self))
 
     def prepare(self, nominal: NominalModel, features: Sequence[Feature] | None = None) -> Sampler:
         """One normal number per node."""
+        needs_numbers(self)
         del features
         patches = smooth_patches(nominal)
         scale = np.full(nominal.n_samples, self.sigma)

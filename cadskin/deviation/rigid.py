@@ -16,6 +16,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from cadskin.deviation._parameters import finite
+from cadskin.deviation._shares import needs_numbers, number_or_share
+from cadskin.deviation._tangent import form_sampler
 from cadskin.deviation.base import MM, RAD, DeviationModel
 from cadskin.deviation.coordinates import area_frame, surface_coordinates
 from cadskin.deviation.registry import register
@@ -45,6 +47,7 @@ class DisplacementModel(DeviationModel):
 
     def prepare(self, nominal: NominalModel, features: Sequence[Feature] | None = None) -> Sampler:
         """Project the displacement on the normals."""
+        needs_numbers(self)
         chosen = tuple(nominal.features if features is None else features)
         given = getattr(self, "centre", None)
         centre = _centroid(nominal, chosen) if given is None else np.array(given)
@@ -215,18 +218,18 @@ class Taper(DeviationModel):
     """
 
     name: ClassVar[str] = "taper"
-    amplitude: float = field(metadata=MM)
+    amplitude: Any = field(metadata=MM)
 
     def __post_init__(self) -> None:
         """Check the amplitude."""
-        object.__setattr__(self, "amplitude", finite(self.amplitude, "amplitude", "mm", self))
+        object.__setattr__(self, "amplitude", number_or_share(self.amplitude, "amplitude", self, finite))
 
     def prepare(self, nominal: NominalModel, features: Sequence[Feature] | None = None) -> Sampler:
         """Evaluate on every feature."""
-        values = np.zeros(nominal.n_samples)
-        for feature in nominal.features if features is None else features:
-            values[feature.rows] = self.amplitude * _position(surface_coordinates(feature)[:, 1])
-        return FixedSampler(values)
+        needs_numbers(self)
+        return form_sampler(
+            nominal, features, lambda f: self.amplitude * _position(surface_coordinates(f)[:, 1])
+        )
 
 
 def _position(height: Floats) -> Floats:
@@ -260,13 +263,13 @@ class Bend(_AlongAxis):
     """
 
     name: ClassVar[str] = "bend"
-    amplitude: float = field(metadata=MM)
+    amplitude: Any = field(metadata=MM)
     axis: tuple[float, float, float] = (1.0, 0.0, 0.0)
     direction: tuple[float, float, float] = _Z
 
     def __post_init__(self) -> None:
         """Check the parameters."""
-        object.__setattr__(self, "amplitude", finite(self.amplitude, "amplitude", "mm", self))
+        object.__setattr__(self, "amplitude", number_or_share(self.amplitude, "amplitude", self, finite))
         object.__setattr__(self, "axis", _direction(self.axis, "axis", self))
         object.__setattr__(self, "direction", _direction(self.direction, "direction", self))
 

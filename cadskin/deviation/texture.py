@@ -4,20 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from cadskin._arrays import frozen
 from cadskin.deviation._linear import LinearSampler, weighted_sums
 from cadskin.deviation._parameters import finite, positive
+from cadskin.deviation._shares import needs_numbers, number_or_share
+from cadskin.deviation._tangent import form_sampler
 from cadskin.deviation.algebra import SumModel
 from cadskin.deviation.base import MM, RAD, DeviationModel
 from cadskin.deviation.bases import BasisForm
 from cadskin.deviation.coordinates import surface_coordinates
 from cadskin.deviation.field import GaussianField
 from cadskin.deviation.registry import register
-from cadskin.deviation.samplers import FixedSampler
 from cadskin.errors import DeviationError
 
 if TYPE_CHECKING:
@@ -54,25 +55,26 @@ class Waviness(DeviationModel):
     """
 
     name: ClassVar[str] = "waviness"
-    amplitude: float = field(metadata=MM)
+    amplitude: Any = field(metadata=MM)
     wavelength: float = field(metadata=MM)
     angle: float = field(default=0.0, metadata=RAD)
     phase: float = field(default=0.0, metadata=RAD)
 
     def __post_init__(self) -> None:
         """Check the parameters."""
-        object.__setattr__(self, "amplitude", finite(self.amplitude, "amplitude", "mm", self))
+        object.__setattr__(self, "amplitude", number_or_share(self.amplitude, "amplitude", self, finite))
         object.__setattr__(self, "wavelength", positive(self.wavelength, "wavelength", "mm", self))
         for key in ("angle", "phase"):
             object.__setattr__(self, key, finite(getattr(self, key), key, "rad", self))
 
     def prepare(self, nominal: NominalModel, features: Sequence[Feature] | None = None) -> Sampler:
         """Evaluate on every feature."""
-        values = np.zeros(nominal.n_samples)
-        for feature in nominal.features if features is None else features:
-            turns = _along(feature, self.angle) / self.wavelength
-            values[feature.rows] = 0.5 * self.amplitude * np.sin(2 * np.pi * turns + self.phase)
-        return FixedSampler(values)
+        needs_numbers(self)
+        return form_sampler(nominal, features, self._on)
+
+    def _on(self, feature: Feature) -> Floats:
+        turns = _along(feature, self.angle) / self.wavelength
+        return np.asarray(0.5 * self.amplitude * np.sin(2 * np.pi * turns + self.phase))
 
 
 @register
@@ -89,17 +91,18 @@ class Lobing(DeviationModel):
     """
 
     name: ClassVar[str] = "lobing"
-    amplitude: float = field(metadata=MM)
+    amplitude: Any = field(metadata=MM)
     lobes: int = 3
 
     def __post_init__(self) -> None:
         """Check the parameters."""
-        object.__setattr__(self, "amplitude", finite(self.amplitude, "amplitude", "mm", self))
+        object.__setattr__(self, "amplitude", number_or_share(self.amplitude, "amplitude", self, finite))
         if int(self.lobes) != self.lobes or self.lobes < 1:
             raise DeviationError(f"Lobing: lobes must be a whole number of 1 or more, got {self.lobes}")
 
     def prepare(self, nominal: NominalModel, features: Sequence[Feature] | None = None) -> Sampler:
         """Evaluate the harmonic on every feature."""
+        needs_numbers(self)
         rms = self.amplitude / np.sqrt(8.0)
         return BasisForm("fourier_legendre", {f"{self.lobes},0": rms}).prepare(nominal, features)
 
@@ -211,14 +214,15 @@ class Fractal(DeviationModel):
     """
 
     name: ClassVar[str] = "fractal"
-    sigma: float = field(metadata=MM)
+    sigma: Any = field(metadata=MM)
     hurst: float
     longest: float = field(metadata=MM)
     shortest: float = field(metadata=MM)
 
     def __post_init__(self) -> None:
         """Check the parameters."""
-        for key in ("sigma", "longest", "shortest"):
+        object.__setattr__(self, "sigma", number_or_share(self.sigma, "sigma", self))
+        for key in ("longest", "shortest"):
             object.__setattr__(self, key, positive(getattr(self, key), key, "mm", self))
         if not 0 < finite(self.hurst, "hurst", "", self) < 1:
             raise DeviationError(f"Fractal: hurst must be over 0 and below 1, got {self.hurst}")
@@ -229,6 +233,7 @@ class Fractal(DeviationModel):
 
     def octaves(self) -> SumModel:
         """Return the Gaussian fields it is the sum of."""
+        needs_numbers(self)
         count = int(np.floor(np.log2(self.longest / self.shortest) + 1e-9)) + 1
         lengths = self.longest / 2.0 ** np.arange(count)
         weights = lengths**self.hurst

@@ -42,7 +42,7 @@ def lumped_mass(points: Points, triangles: Triangles) -> Floats:
     return np.asarray(total, dtype=np.float64)
 
 
-def cotangent_laplacian(points: Points, triangles: Triangles) -> csr_array:
+def cotangent_laplacian(points: Points, triangles: Triangles, *, weights: Floats | None = None) -> csr_array:
     """Return the stiffness matrix of linear elements: symmetric, positive semidefinite, rows sum to zero.
 
     Parameters
@@ -50,11 +50,14 @@ def cotangent_laplacian(points: Points, triangles: Triangles) -> csr_array:
     points : (n, 3) float
         [mm].
     triangles : (m, 3) int
+    weights : (m,) float, optional
+        Coefficient w of each triangle: u . G u is then the integral of w |grad u|².
 
     Returns
     -------
     (n, n) csr_array of float
-        Entry (i, j) is minus half the sum of the cotangents of the angles opposite to edge ij.
+        Without weights entry (i, j) is minus half the sum of the cotangents of the angles opposite to
+        edge ij.
 
     Raises
     ------
@@ -79,6 +82,7 @@ def cotangent_laplacian(points: Points, triangles: Triangles) -> csr_array:
             f"triangle {bad[0]} is degenerate ({len(bad)} in all): its corners {triangles[bad[0]].tolist()} "
             "lie on a line; mesh the part again with another edge length"
         )
+    doubled = doubled if weights is None else doubled / weights
     rows, columns, values = [], [], []
     for k in range(3):
         i, j = triangles[:, (k + 1) % 3], triangles[:, (k + 2) % 3]
