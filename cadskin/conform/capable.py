@@ -9,7 +9,7 @@ import numpy as np
 
 from cadskin.conform.blocks import independent_blocks
 from cadskin.conform.policy import Conformity
-from cadskin.conform.requirements import made_part, requirements_of, value_of, with_general
+from cadskin.conform.requirements import bound_with_general, made_part, requirements_of, value_of
 from cadskin.deviation import GaussianField
 from cadskin.errors import CadskinWarning, SpecificationError
 from cadskin.skin.simulate import child_seed
@@ -82,7 +82,7 @@ def capable_model(
     correlation = correlation_length(nominal) if length is None else length
     unit = GaussianField(1.0, correlation, kernel)
     blocks = independent_blocks(nominal, unit)
-    bound = with_general(spec.bind(nominal), nominal)
+    bound = bound_with_general(spec, nominal)
     everything = {tolerance.id: Conformity("conditioned") for tolerance in bound}
     requirements, _ = requirements_of(nominal, bound, blocks, everything)
     sigma = _first_guess(nominal, blocks, requirements)

@@ -12,6 +12,7 @@ from cadskin.errors import AssociationError, CadskinError, SpecificationError
 from cadskin.shape.ideal import Plane
 from cadskin.skin.weld import prepare_weld, weld
 from cadskin.verify.extraction import MadePart
+from cadskin.verify.general import with_general
 from cadskin.verify.tolerances import evaluate
 
 if TYPE_CHECKING:
@@ -26,11 +27,11 @@ if TYPE_CHECKING:
 __all__ = [
     "Requirement",
     "Unsupported",
+    "bound_with_general",
     "made_part",
     "requirements_of",
     "value_of",
     "welded_part",
-    "with_general",
 ]
 
 
@@ -103,48 +104,20 @@ def value_of(requirement: Requirement, part: MadePart, spec: Specification) -> f
         return float("inf")
 
 
-def with_general(spec: Specification, nominal: NominalModel) -> Specification:
-    """Return the specification with its general tolerance on every feature that has none of its own.
+def bound_with_general(spec: Specification, nominal: NominalModel) -> Specification:
+    """Return a specification on the faces of a part, its general tolerances on each feature without another.
 
-    A feature that is a datum of the general tolerance gets none.
-
-    Parameters
-    ----------
-    spec : Specification
-        Bound to the part.
-    nominal : NominalModel
+    Raises
+    ------
+    SpecificationError
+        It holds no tolerance, or one whose datum is the toleranced feature itself.
     """
-    general = spec.default
-    if general is None or general.value is None:
-        return spec
-    taken = {face for tolerance in spec for face in tolerance.feature.faces}
-    datums = {face for letter in general.datums.letters for face in spec.datum(letter).feature.faces}
-    added = [
-        replace(
-            general,
-            id=f"{general.id or 'general'}@{feature.name.replace(' ', '')}",
-            feature=general.feature.with_faces(feature.face_indices, kinds=(feature.kind,)),
-            scope="feature",
-        )
-        for feature in nominal.features
-        if not taken.intersection(feature.face_indices) and not datums.intersection(feature.face_indices)
-    ]
-    return replaced_tolerances(spec, (*spec.tolerances, *added))
-
-
-def replaced_tolerances(spec: Specification, tolerances: tuple[Tolerance, ...]) -> Specification:
-    """Return a copy of a specification with other tolerances."""
-    from cadskin.spec import Specification
-
-    return Specification(
-        *tolerances,
-        datums=spec.datums,
-        dimensions=spec.dimensions,
-        default=None,  # it stands on its features now
-        unresolved=spec.unresolved,
-        notes=spec.notes,
-        checked=False,
-    )
+    if not len(spec) and spec.default is None and not spec.unresolved:
+        raise SpecificationError("the specification holds no tolerance; simulate without spec, or give one")
+    bound = spec.bind(nominal)
+    for tolerance in bound:
+        _refuse_own_datum(tolerance, nominal, bound)
+    return with_general(bound, nominal)
 
 
 def requirements_of(
@@ -173,7 +146,7 @@ def requirements_of(
             unsupported.append(Unsupported(tolerance.id, "it has no value"))
             continue
         for piece in pieces:
-            _refuse_meaningless(piece, nominal, spec)
+            _refuse_meaningless(piece, nominal)
         found.extend(pieces)
     return tuple(found), tuple(unsupported)
 
@@ -222,7 +195,7 @@ def _datum_features(nominal: NominalModel, tolerance: Tolerance, spec: Specifica
     return _features(nominal, faces)
 
 
-def _refuse_meaningless(piece: Requirement, nominal: NominalModel, spec: Specification) -> None:
+def _refuse_meaningless(piece: Requirement, nominal: NominalModel) -> None:
     if piece.policy.method == "none":
         return
     size = float(np.abs(nominal.surface.points).max(initial=0.0))
@@ -237,10 +210,16 @@ def _refuse_meaningless(piece: Requirement, nominal: NominalModel, spec: Specifi
             f"{piece.label}: the zone is wider than the part ({nominal.surface.diagonal:.4g} mm); is the "
             "unit of the tolerance right?"
         )
-    datums = {feature.id for feature in _datum_features(nominal, piece.tolerance, spec)}
-    own = {feature.id for feature in _features(nominal, piece.tolerance.feature.faces)}
-    if piece.tolerance.datums and own <= datums and len(piece.tolerance.datums) == 1:
+
+
+def _refuse_own_datum(tolerance: Tolerance, nominal: NominalModel, spec: Specification) -> None:
+    if len(tolerance.datums) != 1 or not tolerance.feature.faces:
+        return
+    datums = {feature.id for feature in _datum_features(nominal, tolerance, spec)}
+    own = {feature.id for feature in _features(nominal, tolerance.feature.faces)}
+    if own <= datums:
         raise SpecificationError(
-            f"{piece.label}: its datum {piece.tolerance.datums.text()} is the toleranced feature itself; "
-            "a feature cannot be located or oriented against itself"
+            f"{tolerance.id} ({tolerance.type} on {tolerance.feature.text()}): its datum "
+            f"{tolerance.datums.text()} is the toleranced feature itself; a feature cannot be located or "
+            "oriented against itself"
         )

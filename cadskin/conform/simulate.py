@@ -14,10 +14,10 @@ from cadskin.conform.chain import Chain, Setup, Tally
 from cadskin.conform.clusters import clusters_of
 from cadskin.conform.policy import policies_of
 from cadskin.conform.rejection import draw_cluster
-from cadskin.conform.requirements import requirements_of, with_general
+from cadskin.conform.requirements import bound_with_general, requirements_of
 from cadskin.conform.streams import BlockSamplers
 from cadskin.deviation import DeviationModel
-from cadskin.errors import ConformityError, DeviationError, SpecificationError
+from cadskin.errors import ConformityError, DeviationError
 from cadskin.skin.faults import check_skin
 from cadskin.skin.model import SkinEnsemble
 from cadskin.skin.provenance import provenance_of
@@ -155,7 +155,7 @@ def prepare_conforming(
             f"max_tries must be at least 1, and the other counts 0, got {max_tries}, {joint_tries}, {sweeps} "
             f"and {slice_steps}"
         )
-    bound = with_general(_bound(spec, nominal), nominal)
+    bound = bound_with_general(spec, nominal)
     policies = policies_of(conform, bound)
     blocks = independent_blocks(nominal, model, whole=whole)
     requirements, unsupported = requirements_of(nominal, bound, blocks, policies)
@@ -172,12 +172,6 @@ def prepare_conforming(
         slice_steps=slice_steps,
     )
     return ConformingSampler(nominal, model, bound, requirements, unsupported, setup, policies)
-
-
-def _bound(spec: Specification, nominal: NominalModel) -> Specification:
-    if not len(spec) and spec.default is None and not spec.unresolved:
-        raise SpecificationError("the specification holds no tolerance; simulate without spec, or give one")
-    return spec.bind(nominal)
 
 
 def simulate_conforming(

@@ -16,7 +16,7 @@ from scipy.sparse import csr_array, hstack, vstack
 
 from cadskin.conform.blocks import independent_blocks
 from cadskin.conform.policy import Conformity
-from cadskin.conform.requirements import requirements_of, welded_part, with_general
+from cadskin.conform.requirements import bound_with_general, requirements_of, welded_part
 from cadskin.deviation import WhiteNoise
 from cadskin.errors import ConformityError
 from cadskin.shape.ideal import Cylinder, Plane
@@ -83,7 +83,7 @@ def worst_part(nominal: NominalModel, spec: Specification, weights: Floats) -> W
     >>> round(worst_part(part, spec, measure("mean(>Z)", part)).value, 6)
     0.1
     """
-    bound = with_general(spec.bind(nominal), nominal)
+    bound = bound_with_general(spec, nominal)
     blocks = independent_blocks(nominal, WhiteNoise(1.0))
     everything = {tolerance.id: Conformity("conditioned") for tolerance in bound}
     requirements, unsupported = requirements_of(nominal, bound, blocks, everything)

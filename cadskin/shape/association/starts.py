@@ -89,7 +89,7 @@ def _algebraic_circle(xy: Floats) -> tuple[Floats, float]:
     if mean <= 0.0:
         raise AssociationError("all points coincide; a circle cannot be associated")
     design = np.column_stack([(z - mean) / (2 * np.sqrt(mean)), u])
-    _, _, right = np.linalg.svd(design, full_matrices=True)
+    _, _, right = np.linalg.svd(design, full_matrices=len(design) < 3)
     a, b, c = right[2]
     a /= 2 * np.sqrt(mean)
     d = -mean * a
