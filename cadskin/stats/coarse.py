@@ -33,19 +33,36 @@ def check_same_part(cloud: Points, nominal: NominalModel) -> None:
     StatisticsError
         The scan is larger or smaller than the part by about the ratio of two units.
     """
-    low, high = np.quantile(cloud, [0.02, 0.98], axis=0)
-    size, part = float(np.linalg.norm(high - low)), nominal.surface.diagonal
+    hint = _unit_hint(cloud, nominal)
+    if hint:
+        raise StatisticsError(hint)
+    size, part = _size(cloud), nominal.surface.diagonal
+    if not 0.1 < size / part < 3.0:
+        raise StatisticsError(
+            f"the scan measures {size:.4g} mm across, the part {part:.4g} mm: not a scan of this part "
+            "(of a small area of it: give start=RigidMotion(...))"
+        )
+
+
+def _unit_hint(cloud: Points, nominal: NominalModel) -> str:
+    """Return what the sizes of scan and part say about a wrong unit; empty where they say nothing."""
+    size, part = _size(cloud), nominal.surface.diagonal
+    if 0.3 < size / part < 3.0:
+        return ""
     for unit, factor in _UNITS.items():
         for ratio, said in ((factor, f"in {unit}"), (1 / factor, f"a part in {unit} against a scan in mm")):
-            if 0.6 < size * ratio / part < 1.3 and not 0.3 < size / part < 3.0:
-                raise StatisticsError(
+            if 0.6 < size * ratio / part < 1.3:
+                return (
                     f"the scan measures {size:.4g} across, the part {part:.4g} mm: it looks like {said}; "
                     f"read it with its unit (factor {ratio:.6g}); scale is never changed here"
                 )
-    if not 0.1 < size / part < 3.0:
-        raise StatisticsError(
-            f"the scan measures {size:.4g} mm across, the part {part:.4g} mm: not a scan of this part"
-        )
+    return ""
+
+
+def _size(cloud: Points) -> float:
+    """Diagonal of the box that holds the middle 96 % along each axis: outliers do not count."""
+    low, high = np.quantile(cloud, [0.02, 0.98], axis=0)
+    return float(np.linalg.norm(high - low))
 
 
 def spread_rotations(count: int) -> Floats:

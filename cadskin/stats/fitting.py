@@ -47,11 +47,11 @@ def fit_shape_model(
         return fit_with_missing(people, ddof=ddof, modes=modes, share=share)
     _tell_of_twins(gram)
     q = part_weights(gram, center)
-    variances, vectors = weighted_eigen(gram, q, ddof=ddof)
-    rank = _rank(variances, columns.dtype.itemsize == 4)
+    variances, vectors = weighted_eigen(gram, q, ddof=ddof, largest=None if modes is None else modes + 1)
+    rank = min(_rank(variances, columns.dtype.itemsize == 4), columns.n - 1)
     if rank == 0:
         raise StatisticsError(f"all {columns.n} parts are equal: there is no variance to analyse")
-    total = float(variances.sum())
+    total = float(q @ np.diag(recentred(gram, q / q.sum()))) / _norm(q, ddof)
     count = rank if modes is None else modes
     if share is not None:
         count = fewest_modes(variances[:rank], share, total)
@@ -134,7 +134,7 @@ def _norm(q: Floats, ddof: int) -> float:
 
 def _rank(variances: Floats, single: bool) -> int:
     limit = 1e-7 if single else 1e-12
-    return int(min((variances > limit * max(variances[0], np.finfo(float).tiny)).sum(), len(variances) - 1))
+    return int((variances > limit * max(variances[0], np.finfo(float).tiny)).sum())
 
 
 def _tell_of_twins(gram: Floats) -> None:

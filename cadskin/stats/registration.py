@@ -127,7 +127,8 @@ def register(
     features : selector, or for "datum_frame" the sequence of datum features (primary first)
         Best fits use only these features; default all.
     start : RigidMotion, "search" or None
-        First guess; None starts from the points as they are, "search" looks through all rotations.
+        First guess; None starts from the points as they are, "search" looks through all rotations. A motion
+        also says that the size of the scan is right: a scan of a small part of the surface.
     probe_radius : float
         The points are centres of a probe ball of this radius [mm]: they lie that far outside of the part.
     rng
@@ -151,8 +152,9 @@ def register(
         raise StatisticsError(f"probe_radius must be zero or more [mm], got {probe_radius}")
     cloud = _cloud(points)
     notes: list[str] = []
-    if start == "search":
+    if alignment != "none" and not isinstance(start, RigidMotion):
         check_same_part(cloud, nominal)
+    if start == "search":
         motion, notes = coarse_motion(cloud, nominal, probe_radius=probe_radius, rng=rng, progress=progress)
     else:
         motion = RigidMotion() if start is None else start

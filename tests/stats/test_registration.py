@@ -231,6 +231,8 @@ def test_wrong_scans_are_refused_with_a_reason():
     for factor, said in ((1 / 25.4, "inch"), (1e-3, "in m"), (0.1, "in cm")):
         with pytest.raises(StatisticsError, match=said):
             register(points * factor, part, alignment="robust", start="search")
+    with pytest.raises(StatisticsError, match="looks like in inch"):  # so small that it would fit on any face
+        register(points / 25.4 + np.array([30, 20, 30.0]), part, alignment="robust")
     chiral = irregular_tetrahedron()
     twisted, _, _ = exact_points(chiral, 2000, np.random.default_rng(1))
     with pytest.raises(StatisticsError, match="mirrored"):

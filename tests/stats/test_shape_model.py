@@ -81,6 +81,7 @@ def test_memmap_is_read_by_chunks(tmp_path, monkeypatch):
         return read(self, start, stop)
 
     monkeypatch.setattr(_gram, "_CHUNK_VALUES", 8 * 100)
+    monkeypatch.setattr(_gram, "_LEAST_WIDTH", 100)
     monkeypatch.setattr(_gram.Columns, "read", watched)
     chunked = StatisticalShapeModel.fit(stored, modes=4)
     assert max(widths) <= 100
