@@ -13,7 +13,7 @@ from cadskin._progress import report
 from cadskin.errors import CadskinError, SpecificationError
 from cadskin.verify.evaluation import Evaluation, plain
 from cadskin.verify.extraction import MadePart
-from cadskin.verify.general import with_general
+from cadskin.verify.general import bound_to, with_general
 from cadskin.verify.tolerances import evaluate
 
 if TYPE_CHECKING:
@@ -181,16 +181,11 @@ def verify(
     model = actual.nominal if isinstance(actual, SkinModel | SkinEnsemble) else nominal
     if model is None:
         raise SpecificationError("a mesh is verified against a nominal model; give nominal=")
-    bound = with_general(spec if _is_bound(spec) else spec.bind(model), model)
+    bound = with_general(bound_to(spec, model), model)
     if isinstance(actual, SkinEnsemble):
         return _verify_all(actual, bound, standard, sections, progress)
     surface = actual.surface if isinstance(actual, SkinModel) else actual
     return _verify_one(MadePart(surface, model), bound, standard, sections, progress)
-
-
-def _is_bound(spec: Specification) -> bool:
-    selections = [*(tolerance.feature for tolerance in spec), *(datum.feature for datum in spec.datums)]
-    return all(selection.faces or not selection for selection in selections)
 
 
 def _verify_one(

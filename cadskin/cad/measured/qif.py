@@ -233,7 +233,10 @@ def _part(result: ElementTree.Element, found: list[tuple[QifCharacteristic, str]
         f"{_NAMESPACE}MeasuredCharacteristics/{_NAMESPACE}CharacteristicMeasurements/*"
     ):
         key = _text(one, "CharacteristicItemId")
-        reported.setdefault(key, []).append(mm * float(_text(one, "Value")))
+        value = one.find(_NAMESPACE + "Value")  # a characteristic that was not analysed has none
+        reported.setdefault(key, []).append(
+            float("nan") if value is None else mm * float(_text(one, "Value"))
+        )
         statuses.setdefault(key, []).append(_text(one, "Status/CharacteristicStatusEnum"))
     return QifPart(
         id=result.attrib["id"],
