@@ -27,6 +27,7 @@ from cadskin.spec.constructors import (
 from cadskin.spec.datums import Datum, DatumModifier, DatumReference, DatumSystem, DatumTarget
 from cadskin.spec.dimension import Dimension
 from cadskin.spec.fits import fit_deviations, standard_tolerance
+from cadskin.spec.indicators import Indicator, as_indicator, section_normal
 from cadskin.spec.reattach import Reattachment, fingerprinted, reattach
 from cadskin.spec.selection import FeatureSelection, as_selection
 from cadskin.spec.specification import FaceRecord, Specification, Unresolved
@@ -48,12 +49,14 @@ __all__ = [
     "FaceRecord",
     "FeatureSelection",
     "Finding",
+    "Indicator",
     "Reattachment",
     "Specification",
     "Tolerance",
     "ToleranceZone",
     "Unresolved",
     "angularity",
+    "as_indicator",
     "as_selection",
     "characteristic",
     "check",
@@ -73,6 +76,7 @@ __all__ = [
     "read_spec",
     "reattach",
     "roundness",
+    "section_normal",
     "size",
     "standard_tolerance",
     "straightness",

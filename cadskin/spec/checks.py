@@ -101,7 +101,8 @@ def _label(tolerance: Tolerance) -> str:
 
 def _one(tolerance: Tolerance, datums: Mapping[str, Datum]) -> Iterator[Finding]:
     own, label, facts = (tolerance.id,), _label(tolerance), tolerance.characteristic
-    for letter in tolerance.datums.letters:
+    referred = [tolerance.datums, *(indicator.datums for indicator in tolerance.indicators)]
+    for letter in dict.fromkeys(letter for system in referred for letter in system.letters):
         if letter not in datums:
             defined = ", ".join(sorted(datums)) or "none"
             yield Finding(

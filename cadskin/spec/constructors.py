@@ -10,6 +10,7 @@ from cadskin.spec.characteristics import CHARACTERISTICS, characteristic
 from cadskin.spec.datums import DatumSystem, as_datum_system
 from cadskin.spec.dimension import Dimension, clean_sum
 from cadskin.spec.fits import fit_deviations
+from cadskin.spec.indicators import INDICATOR_KINDS, Indicator, as_indicator
 from cadskin.spec.modifiers import MATERIAL_MODIFIERS, tolerance_modifier
 from cadskin.spec.selection import Derived, FeatureSelector, as_selection
 from cadskin.spec.tolerance import Material, Scope, Tolerance
@@ -86,7 +87,9 @@ def tolerance(  # noqa: PLR0913
         See `Tolerance`.
     **more
         ``projected=``, ``outside=``, ``offset=`` (ISO UZ), ``maximum=``, ``per_length=``, ``per_area=``,
-        ``combined=`` of the zone; ``id=``, ``name=``, ``parent=``, ``model=``, ``standard=``.
+        ``combined=`` of the zone; ``intersection_plane="parallel A"``, ``orientation_plane=``,
+        ``direction_feature=``, ``collection_plane=``;
+        ``id=``, ``name=``, ``parent=``, ``model=``, ``standard=``.
 
     Raises
     ------
@@ -111,6 +114,7 @@ def tolerance(  # noqa: PLR0913
         scope = "general" if not feature else "pattern" if _count(feature) > 1 else "feature"
     own = {key: rest.pop(key) for key in ("id", "name", "parent", "standard", "source") if key in rest}
     model = rest.pop("model", None)
+    indicators = _indicators(rest)
     if rest:
         raise SpecificationError(f"{kind}: unknown argument {sorted(rest)[0]!r}")
     return Tolerance(
@@ -123,6 +127,7 @@ def tolerance(  # noqa: PLR0913
         material=requirement,
         modifiers=tuple(word for word in words if word not in MATERIAL_MODIFIERS),
         zone=zone,
+        indicators=indicators,
         model=_plain(model) if model is not None else None,
         **own,
     )
@@ -130,6 +135,15 @@ def tolerance(  # noqa: PLR0913
 
 def _count(feature: Any) -> int:
     return max(len(feature.groups), len(feature.selectors))
+
+
+def _indicators(rest: dict[str, Any]) -> tuple[Indicator, ...]:
+    found = list(rest.pop("indicators", ()))
+    for kind in INDICATOR_KINDS:
+        given = rest.pop(kind, None)
+        if given is not None:
+            found.append(given if isinstance(given, Indicator) else as_indicator(kind, given))
+    return tuple(found)
 
 
 def _plain(model: Any) -> Mapping[str, Any]:

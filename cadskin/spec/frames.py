@@ -37,7 +37,7 @@ def frame(tolerance: Tolerance) -> str:
     parts += _zone_words(zone)
     parts += [modifier_symbol(name) for name in tolerance.modifiers]
     compartments = [reference.symbols() for reference in tolerance.datums.references]
-    return " | ".join([" ".join(parts), *compartments])
+    return "  ".join([" | ".join([" ".join(parts), *compartments]), *map(str, tolerance.indicators)])
 
 
 def _per_unit(zone: ToleranceZone) -> list[str]:

@@ -8,6 +8,7 @@ from typing import Any
 from cadskin.spec.datums import Datum, DatumSystem, DatumTarget
 from cadskin.spec.dimension import Dimension
 from cadskin.spec.frames import frame
+from cadskin.spec.indicators import Indicator
 from cadskin.spec.selection import FeatureSelection
 from cadskin.spec.specification import Specification
 from cadskin.spec.tolerance import Tolerance
@@ -69,6 +70,7 @@ def _tolerance(tolerance: Tolerance) -> dict[str, Any]:
         "scope": tolerance.scope,
         **_selection(tolerance.feature),
         "zone": _zone(tolerance.zone),
+        "indicators": [_indicator(indicator) for indicator in tolerance.indicators],
         "parent": tolerance.parent,
         "name": tolerance.name,
         "standard": tolerance.standard,
@@ -108,6 +110,16 @@ def _zone(zone: ToleranceZone) -> dict[str, Any]:
         else {"shape": area.shape, "size_mm": area.size, "second_mm": area.second},
         "combined": zone.combined,
         "angle_deg": None if zone.angle is None else degrees(zone.angle),
+    }
+
+
+def _indicator(indicator: Indicator) -> dict[str, Any]:
+    return {
+        "kind": indicator.kind,
+        "relation": indicator.relation,
+        "datums": list(indicator.datums.labels),
+        "angle_deg": None if indicator.angle is None else degrees(indicator.angle),
+        "direction": None if indicator.direction is None else list(indicator.direction),
     }
 
 

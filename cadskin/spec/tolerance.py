@@ -10,6 +10,7 @@ from typing import Any, Literal, TypeAlias, get_args
 from cadskin.errors import SpecificationError
 from cadskin.spec.characteristics import CHARACTERISTICS, Characteristic, CharacteristicName
 from cadskin.spec.datums import DatumSystem
+from cadskin.spec.indicators import INDICATOR_KINDS, Indicator
 from cadskin.spec.modifiers import TOLERANCE_MODIFIERS
 from cadskin.spec.selection import FeatureSelection
 from cadskin.spec.zone import ToleranceZone
@@ -42,6 +43,8 @@ class Tolerance:
     modifiers : tuple of str
         Further AP242 modifiers, without those of the material.
     zone : ToleranceZone
+    indicators : tuple of Indicator
+        Intersection plane, orientation plane, direction feature, collection plane; one of each at most.
     parent : str or None
         Id of the upper segment of a composite frame.
     name : str
@@ -67,6 +70,7 @@ class Tolerance:
     material: Material = "RFS"
     modifiers: tuple[str, ...] = ()
     zone: ToleranceZone = field(default_factory=ToleranceZone)
+    indicators: tuple[Indicator, ...] = ()
     parent: str | None = None
     name: str = ""
     raw_value: float | None = None
@@ -90,7 +94,15 @@ class Tolerance:
                 f"tolerance {self.id} ({self.type}): value must be finite and not negative, got {self.value}"
             )
 
+        if len({indicator.kind for indicator in self.indicators}) < len(self.indicators):
+            raise SpecificationError(f"tolerance {self.id} ({self.type}): an indicator is given twice")
+        ordered = sorted(self.indicators, key=lambda indicator: INDICATOR_KINDS.index(indicator.kind))
+        object.__setattr__(self, "indicators", tuple(ordered))
         self._couple_combined_zone()
+
+    def indicator(self, kind: str) -> Indicator | None:
+        """Return the indicator of a kind (``intersection_plane``, ...), if there is one."""
+        return next((item for item in self.indicators if item.kind == kind), None)
 
     def _couple_combined_zone(self) -> None:
         """Keep the modifier CZ or SZ and the zone's ``combined`` in step: they say the same."""

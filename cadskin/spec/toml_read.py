@@ -15,10 +15,12 @@ from cadskin.spec.characteristics import CHARACTERISTICS, characteristic
 from cadskin.spec.checks import enforce
 from cadskin.spec.constructors import tolerance
 from cadskin.spec.datums import Datum, DatumTarget
+from cadskin.spec.indicators import INDICATOR_KINDS
 from cadskin.spec.specification import FaceRecord, Specification, Unresolved
 from cadskin.spec.tolerance import Scope, Tolerance
 from cadskin.spec.toml_dimensions import read_dimension
 from cadskin.spec.toml_features import FEATURE_KEYS, UNKNOWN, guarded, read_selection
+from cadskin.spec.toml_indicators import read_indicators
 from cadskin.spec.toml_lines import locate
 from cadskin.spec.toml_table import SpecTable, Where
 from cadskin.spec.zone import AreaUnit
@@ -30,6 +32,7 @@ _TOLERANCE_KEYS = (
     *FEATURE_KEYS,
     *("datums", "diameter", "spherical", "material", "modifiers", "scope", "value"),
     *("form", "projected", "projected_offset", "outside", "offset", "maximum", "per_length", "per_area"),
+    *INDICATOR_KINDS,
     *("combined", "angle_deg", "angle_rad", "id", "name", "parent", "raw", "standard", "model", "source"),
 )
 _MAX_BYTES = 16 << 20
@@ -188,6 +191,7 @@ def _tolerance(item: SpecTable, name: str, value: Any, *, is_default: bool = Fal
         standard=item.text("standard"),
         source=item.text("source") or item.source,
         model=None if model is None else model.values,
+        indicators=tuple(read_indicators(item)),
         **zone,
     )
     item.finish((*_TOLERANCE_KEYS, *CHARACTERISTICS))

@@ -20,6 +20,7 @@ from cadskin.spec.selection import FeatureSelection
 from cadskin.spec.specification import FaceRecord, Specification, _with_ids
 from cadskin.spec.tolerance import Tolerance
 from cadskin.spec.toml_features import UNKNOWN
+from cadskin.spec.toml_indicators import indicator_values
 from cadskin.spec.zone import ToleranceZone
 
 __all__ = ["to_toml", "write_spec"]
@@ -162,6 +163,7 @@ def _tolerance(item: Tolerance, *, write_id: bool) -> dict[str, Any]:
         "modifiers": [_modifier(name) for name in item.modifiers] or None,
         "scope": item.scope if item.scope != assumed.scope else None,
         **_zone(zone),
+        **indicator_values(item.indicators),
         "id": item.id if write_id else None,
         "parent": item.parent,
         "name": item.name or None,

@@ -18,6 +18,7 @@ from cadskin.spec import (
     Dimension,
     FaceRecord,
     FeatureSelection,
+    Indicator,
     Specification,
     Tolerance,
     ToleranceZone,
@@ -25,6 +26,7 @@ from cadskin.spec import (
     fit_deviations,
 )
 from cadskin.spec.dimension import clean_sum
+from cadskin.spec.indicators import INDICATOR_KINDS
 from cadskin.spec.modifiers import DATUM_MODIFIERS, TOLERANCE_MODIFIERS
 
 LETTERS = "ABCDEF"
@@ -96,6 +98,34 @@ def face_selections(draw, kinds, *, grouped=True):
 
 
 @st.composite
+def plane_indicators(draw):
+    """An affected plane with a unit normal that reads back: what AP242 holds of indicators."""
+    if not draw(st.booleans()):
+        return ()
+    direction = draw(st.sampled_from([(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.6, 0.8)]))
+    kind = draw(st.sampled_from(["intersection_plane", "orientation_plane"]))
+    return (Indicator(kind, direction=direction),)
+
+
+@st.composite
+def indicators(draw):
+    """Any indicators, one of a kind."""
+    found = []
+    for kind in draw(st.lists(st.sampled_from(sorted(INDICATOR_KINDS)), max_size=2, unique=True)):
+        relation = draw(st.sampled_from(["parallel", "perpendicular", "inclined"]))
+        if draw(st.booleans()):
+            relation = {"intersection_plane": "symmetrical", "direction_feature": "run_out"}.get(
+                kind, relation
+            )
+        angle = draw(st.floats(0, math.pi)) if relation == "inclined" else None
+        if draw(st.booleans()):
+            found.append(Indicator(kind, relation, draw(datum_systems.filter(bool)), angle))
+        else:
+            found.append(Indicator(kind, relation, angle=angle, direction=(0.5, draw(signed), -1.0)))
+    return tuple(found)
+
+
+@st.composite
 def tolerances(draw, kinds, ids):
     leaf = draw(st.sampled_from(sorted(CHARACTERISTICS)))
     zone = draw(zones())
@@ -125,6 +155,7 @@ def tolerances(draw, kinds, ids):
         material=draw(st.sampled_from(["RFS", "MMR", "LMR"])),
         modifiers=tuple(draw(st.lists(modifiers, max_size=2, unique=True))),
         zone=zone,
+        indicators=draw(plane_indicators()),
         parent=draw(st.none() | st.sampled_from(ids)) if ids else None,
         name=draw(texts),
         raw_value=raw if in_inch else None,
@@ -232,6 +263,7 @@ def file_specifications(draw):
             feature=draw(selectors)
             if draw(st.booleans())
             else replace(item.feature, part=draw(st.none() | texts)),
+            indicators=draw(indicators()),
             model=draw(st.none() | st.dictionaries(texts, _plain, max_size=3)),
             standard=draw(st.none() | st.sampled_from(["ISO", "ASME"])),
             id=draw(st.sampled_from([f"#{item.id}", f"#{item.type}-1"])),

@@ -6,9 +6,12 @@ from dataclasses import replace
 
 from cadskin.cad.pmi.compose import Composer
 from cadskin.cad.pmi.derived import inferred_derived
+from cadskin.cad.pmi.graph import AFFECTED_PLANE
+from cadskin.cad.pmi.indicators import AFFECTED_PLANES
 from cadskin.cad.pmi.tokens import Enumeration, Reference, Typed, Value
 from cadskin.errors import ExportError
 from cadskin.spec.datums import Datum, DatumModifier, DatumReference, DatumSystem, DatumTarget
+from cadskin.spec.indicators import Indicator
 from cadskin.spec.selection import FeatureSelection
 from cadskin.spec.tolerance import Tolerance
 from cadskin.spec.zone import ToleranceZone
@@ -154,6 +157,7 @@ def _tolerance(composer: Composer, item: Tolerance, datums: dict[str, Reference]
     for key in ("model", "standard"):
         if getattr(item, key) is not None:
             composer.lost.append(f"{label}: {key}")
+    composer.lost += [f"{label}: {x.kind.replace('_', ' ')} by datum" for x in item.indicators if x.datums]
     records = _records(composer, item)
     target = _toleranced(composer, item, label)
     magnitude: Value = None
@@ -171,8 +175,27 @@ def _tolerance(composer: Composer, item: Tolerance, datums: dict[str, Reference]
         number = composer.out.add(leaf, *base, *system)
     else:
         number = composer.out.add_complex(("GEOMETRIC_TOLERANCE", base), (leaf, ()), *records)
-    _zone(composer, number, item.zone, target)
+    own_planes = [indicator for indicator in item.indicators if indicator.direction is not None]
+    zone = _zone(composer, number, item.zone, target, wanted=bool(own_planes))
+    for indicator in own_planes:
+        _affected_plane(composer, indicator, target if zone is None else zone, label)
     return number
+
+
+def _affected_plane(composer: Composer, indicator: Indicator, anchor: Reference, label: str) -> None:
+    """Add an intersection or orientation plane with geometry of its own."""
+    if indicator.kind not in AFFECTED_PLANES or indicator.relation != "parallel":
+        composer.lost.append(f"{label}: {indicator.kind.replace('_', ' ')} by direction")
+        return
+    out = composer.out
+    aspect = out.add("SHAPE_ASPECT", AFFECTED_PLANES[indicator.kind], "", composer.product, _FALSE)
+    out.add("SHAPE_ASPECT_RELATIONSHIP", AFFECTED_PLANE, "", anchor, aspect)
+    point = out.add("CARTESIAN_POINT", "", (0.0, 0.0, 0.0))
+    axis = out.add("DIRECTION", "", indicator.direction)
+    placed = out.add("AXIS2_PLACEMENT_3D", "orientation", point, axis, None)
+    definition = out.add("PROPERTY_DEFINITION", "", "", aspect)
+    shape = out.add("SHAPE_REPRESENTATION", "", (placed,), composer.context)
+    out.add("SHAPE_DEFINITION_REPRESENTATION", definition, shape)
 
 
 def _records(composer: Composer, item: Tolerance) -> list[tuple[str, tuple[Value, ...]]]:
@@ -224,10 +247,12 @@ def _needs_centre(item: Tolerance, feature: FeatureSelection) -> bool:
     return feature.derived not in ("none", "line_element", plain)
 
 
-def _zone(composer: Composer, tolerance: Reference, zone: ToleranceZone, target: Reference) -> None:
+def _zone(
+    composer: Composer, tolerance: Reference, zone: ToleranceZone, target: Reference, *, wanted: bool
+) -> Reference | None:
     plain = replace(ToleranceZone(), outside=zone.outside, maximum=zone.maximum, combined=zone.combined)
-    if replace(zone, per_length=None, per_area=None) == plain:
-        return
+    if replace(zone, per_length=None, per_area=None) == plain and not wanted:
+        return None
     out, product = composer.out, composer.product
     form = out.add("TOLERANCE_ZONE_FORM", zone.form or _FORMS[zone.shape])
     number = out.add("TOLERANCE_ZONE", "", "", product, _FALSE, (tolerance,), form)
@@ -241,3 +266,4 @@ def _zone(composer: Composer, tolerance: Reference, zone: ToleranceZone, target:
     if zone.angle is not None:
         orientation = out.add("RUNOUT_ZONE_ORIENTATION", composer.angle(zone.angle))
         out.add("RUNOUT_ZONE_DEFINITION", number, (), orientation)
+    return number

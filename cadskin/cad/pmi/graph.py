@@ -11,7 +11,7 @@ from math import isfinite
 from cadskin.cad.pmi.part21 import Part21File
 from cadskin.cad.pmi.tokens import Enumeration, Reference, Typed, Value
 
-__all__ = ["Measure", "PmiGraph", "Unit", "clean", "references"]
+__all__ = ["AFFECTED_PLANE", "Measure", "PmiGraph", "Unit", "clean", "references"]
 
 _PREFIXES = {
     "EXA": ("E", 1e18), "PETA": ("P", 1e15), "TERA": ("T", 1e12), "GIGA": ("G", 1e9), "MEGA": ("M", 1e6),
@@ -29,6 +29,7 @@ _PART_OF = (
     "COMPONENT_FEATURE_RELATIONSHIP",
 )
 _TARGET_OF = "FEATURE_FOR_DATUM_TARGET_RELATIONSHIP"
+AFFECTED_PLANE = "affected plane association"
 LOCATIONS = (
     "DIMENSIONAL_LOCATION",
     "ANGULAR_LOCATION",
@@ -239,7 +240,7 @@ class PmiGraph:
     def _relations(self) -> tuple[dict[int, list[int]], dict[int, list[int]], dict[int, list[int]]]:
         parts, owners, targets = (defaultdict(list), defaultdict(list), defaultdict(list))
         for number in self.file.of_type(*_PART_OF, _TARGET_OF):
-            if self.file.is_a(number, *LOCATIONS):
+            if self.file.is_a(number, *LOCATIONS) or self.is_affected_plane(number):
                 continue
             relating = self.reference(number, 2, "SHAPE_ASPECT_RELATIONSHIP")
             related = self.reference(number, 3, "SHAPE_ASPECT_RELATIONSHIP")
@@ -251,6 +252,11 @@ class PmiGraph:
                 parts[relating].append(related)
                 owners[related].append(relating)
         return dict(parts), dict(owners), dict(targets)
+
+    def is_affected_plane(self, relation: int) -> bool:
+        """Tell whether a relation of aspects ties a plane to a zone, and no component to its whole."""
+        words = self.inherited(relation, "SHAPE_ASPECT_RELATIONSHIP")[:2]
+        return any(isinstance(word, str) and word.strip().lower() == AFFECTED_PLANE for word in words)
 
     def parts_of(self, aspect: int) -> list[int]:
         """Return the aspects that an aspect relates to: its components, or what it is derived from."""

@@ -12,10 +12,12 @@ from cadskin.cad.pmi.aspects import SIZES, Aspects, Resolved
 from cadskin.cad.pmi.datums import DatumReader
 from cadskin.cad.pmi.derived import inferred_derived
 from cadskin.cad.pmi.graph import references
+from cadskin.cad.pmi.indicators import IndicatorReader
 from cadskin.cad.pmi.selections import FaceMap, selection
 from cadskin.cad.pmi.tokens import Enumeration, Value
 from cadskin.errors import SpecificationError
 from cadskin.spec.characteristics import CHARACTERISTICS
+from cadskin.spec.indicators import Indicator
 from cadskin.spec.modifiers import MATERIAL_MODIFIERS
 from cadskin.spec.selection import Derived, FeatureSelection
 from cadskin.spec.specification import Unresolved
@@ -72,6 +74,7 @@ class ToleranceReader:
         self.file = aspects.file
         self.datums = datums
         self.face_map = face_map
+        self.indicators = IndicatorReader(aspects, datums)
         self.unresolved: list[Unresolved] = []
 
     def tolerances(self) -> tuple[Tolerance, ...]:
@@ -102,6 +105,7 @@ class ToleranceReader:
         datums = self.datums.system(self._datum_value(number))
         material, modifiers = self._modifiers(number)
         feature, scope, notes = self._feature(number, leaf, target, zone)
+        indicators, plane_notes = self._indicators(number, target, feature)
         if measure is None and magnitude is not None:
             zone_notes.append(f"its magnitude {magnitude!r} is not understood")
         return Tolerance(
@@ -114,13 +118,25 @@ class ToleranceReader:
             material=material,
             modifiers=modifiers,
             zone=zone,
+            indicators=indicators,
             parent=self._parents.get(number),
             name=str(name) if isinstance(name, str) else "",
             raw_value=None if measure is None else measure.raw,
             raw_unit=None if measure is None else measure.unit.name,
             standard=self._standard,
-            notes=(*notes, *zone_notes),
+            notes=(*notes, *zone_notes, *plane_notes),
             source=f"{self.file.name} #{number}",
+        )
+
+    def _indicators(
+        self, number: int, target: int | None, feature: FeatureSelection
+    ) -> tuple[tuple[Indicator, ...], tuple[str, ...]]:
+        known = target is not None and target in self.file and bool(feature)
+        return self.indicators.indicators(
+            self._zones.get(number, []),
+            target,
+            on_derived=feature.derived in ("axis", "median_plane", "centre_point"),
+            resolved=self.aspects.resolve(target) if known and target is not None else None,
         )
 
     @cached_property

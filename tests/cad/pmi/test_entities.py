@@ -588,3 +588,76 @@ def test_a_complex_location_and_a_size_that_is_its_own_datum_feature():
 def test_nothing_at_all_and_tessellated_files():
     spec = read("")
     assert spec.unresolved[0].reason.endswith("has no PMI at all; write a spec file")
+
+
+# -- indicators --------------------
+
+_AFFECTED = """
+#300=STRAIGHTNESS_TOLERANCE('','',#120,#200);
+#301=TOLERANCE_ZONE_FORM('');
+#302=TOLERANCE_ZONE('','',#9,.F.,(#300),#301);
+#310=SHAPE_ASPECT('{name}','',#9,.F.);
+"""
+
+
+def affected(link, geometry, *, name=""):
+    return read(aspect(111) + _AFFECTED.format(name=name) + link + geometry)
+
+
+@pytest.mark.parametrize(
+    "link",
+    [
+        "#311=SHAPE_ASPECT_RELATIONSHIP('affected plane association','',#302,#310);",
+        "#311=SHAPE_ASPECT_RELATIONSHIP('affected plane association','',#310,#302);",
+        "#311=SHAPE_ASPECT_RELATIONSHIP('','affected plane association',#200,#310);",
+    ],
+)
+@pytest.mark.parametrize(
+    "geometry",
+    [
+        "#320=GEOMETRIC_ITEM_SPECIFIC_USAGE('','',#310,#11,#117);",
+        "#320=GEOMETRIC_ITEM_SPECIFIC_USAGE('','',#310,#11,#57);",
+        "#320=PROPERTY_DEFINITION('','',#310);#321=SHAPE_REPRESENTATION('',(#44),#3);"
+        "#322=SHAPE_DEFINITION_REPRESENTATION(#320,#321);",
+    ],
+)
+def test_an_affected_plane_is_an_indicator_and_no_part_of_the_feature(link, geometry):
+    (tolerance,) = affected(link, geometry)
+    assert tolerance.feature.step_faces == (111,)
+    (plane,) = tolerance.indicators
+    assert (plane.kind, plane.relation, plane.direction) == ("intersection_plane", "parallel", (1, 0, 0))
+
+
+def test_an_affected_plane_is_named_or_given_by_a_line():
+    link = "#311=SHAPE_ASPECT_RELATIONSHIP('affected plane association','',#302,#310);"
+    line = "#320=GEOMETRIC_ITEM_SPECIFIC_USAGE('','',#310,#11,#321);#321=LINE('',#30,#322);"
+    line += "#322=VECTOR('',#21,1.);"
+    (tolerance,) = affected(link, line, name="orientation plane")
+    (plane,) = tolerance.indicators
+    assert plane.kind == "orientation_plane"
+    assert [abs(x) for x in plane.direction] == [0, 1, 0]  # the plane holds the line (x) and the normal (z)
+    (bare,) = affected(link, "")
+    assert bare.indicators == ()
+    assert bare.notes == ("its affected plane #310 has no direction",)
+
+
+def test_a_zone_with_a_datum_is_an_indicator():
+    system = """
+#210=DATUM_FEATURE('','',#9,.T.);
+#211=GEOMETRIC_ITEM_SPECIFIC_USAGE('','',#210,#11,#110);
+#212=DATUM('','',#9,.F.,'A');
+#213=SHAPE_ASPECT_RELATIONSHIP('','',#210,#212);
+#214=DATUM_REFERENCE_COMPARTMENT('','',#9,.F.,#212,$);
+#215=DATUM_SYSTEM('','',#9,.F.,(#214));
+#300=STRAIGHTNESS_TOLERANCE('','',#120,#200);
+#301=TOLERANCE_ZONE_FORM('');
+"""
+    for entity, kind in (("ORIENTED", "orientation_plane"), ("DIRECTED", "direction_feature")):
+        zone = f"#302={entity}_TOLERANCE_ZONE('','',#9,.F.,(#300),#301,#215,.PERPENDICULAR.);"
+        (tolerance,) = read(aspect(111) + system + zone)
+        assert [str(x) for x in tolerance.indicators] == [{"o": "◁⟂ A▷", "d": "←⟂ A"}[kind[0]]]
+    (broken,) = read(
+        aspect(111) + system + "#302=ORIENTED_TOLERANCE_ZONE('','',#9,.F.,(#300),#301,$,.PARALLEL.);"
+    )
+    assert broken.indicators == ()
+    assert "is not understood" in broken.notes[0]

@@ -15,7 +15,7 @@ from cadskin.cad.pmi.pmi import _NumberedPart
 from cadskin.cad.pmi.read import specification_of
 from cadskin.cad.pmi.write import _joined, write_step
 from cadskin.errors import CadskinWarning, ExportError, SpecificationError
-from cadskin.spec import Specification
+from cadskin.spec import FeatureSelection, Specification
 
 KINDS = ("plane",) * 6 + ("cylinder",) * 2 + ("sphere",)
 
@@ -211,3 +211,13 @@ def test_build123d_parts_are_written_too(tmp_path):
     box = bd.Box(10, 20, 30)
     path = write_step(tmp_path / "box.step", box, cs.Specification(cs.flatness(">Z", 0.01)))
     assert [(t.type, t.value) for t in cs.read_pmi(path)] == [("flatness", 0.01)]
+
+
+def test_indicators_that_ap242_does_not_hold_are_named(plate_file):
+    spec = cs.Specification(
+        cs.straightness(FeatureSelection(faces=(0,)), 0.1, intersection_plane="parallel A"),
+        datums={"A": FeatureSelection(faces=(1,))},
+    )
+    back, composer = written_and_read(spec, plate_file)
+    assert back.tolerances[0].indicators == ()
+    assert composer.lost == ["tolerance straightness-1 (straightness): intersection plane by datum"]
