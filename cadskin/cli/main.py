@@ -36,6 +36,7 @@ COMMANDS = {
     "verify": "cadskin.cli.verify",
     "simulate": "cadskin.cli.simulate",
     "export": "cadskin.cli.export",
+    "worst": "cadskin.cli.worst",
 }
 
 EXIT_USAGE = 2

@@ -49,7 +49,8 @@ def test_run_conforms_and_is_exported(capsys):
     assert record["unsupported"] == []
     assert main(["verify", "run"]) == 0
     assert "3 of 3" in capsys.readouterr().out
-    assert main(["export", "run", "--only", "1", "-o", "part.stl"]) == 0
+    assert main(["export", "run", "--only", "1", "-o", "part.stl", "--certificate"]) == 0
+    assert json.loads(Path("part.certificate.json").read_text())["conforming"] is True
     mesh = trimesh.load_mesh("part.stl")
     assert mesh.is_watertight
     run = open_run("run")
@@ -147,3 +148,16 @@ def test_wrong_places(capsys):
 def test_parts_of_a_run_are_counted_from_zero(capsys):
     simulate(capsys, PLATE, "--spec", "plate.spec.toml", "-n", "1", "--seed", "5", "-o", "run")
     assert "parts 0 to 0, not 1" in refused(capsys, "export", "run", "--only", "1", "-o", "part.stl")
+
+
+def test_worst_part(capsys):
+    Path("top.toml").write_text(
+        'tolerances = [{surface_profile = 0.2, on = ">Z", datums = "A"}]\n[datums]\nA = "<Z"\n'
+    )
+    words = ["worst", PLATE, "--spec", "top.toml", *COARSE]
+    assert main([*words, "--measure", "mean(>Z)", "--json", "-o", "worst.stl"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["value"] == pytest.approx(0.1, rel=1e-6)
+    assert trimesh.load_mesh("worst.stl").is_watertight
+    assert "no measure is written" in refused(capsys, *words, "--measure", "weight")
+    assert "no tolerance bounds" in refused(capsys, *words, "--measure", "volume")
