@@ -37,6 +37,7 @@ from cadskin.deviation.registry import from_dict, model_class, model_names, regi
 from cadskin.deviation.rigid import Bend, Shift, SizeOffset, Taper, Thermal, Tilt, Torsor, Twist
 from cadskin.deviation.samplers import Sampler
 from cadskin.deviation.texture import Fractal, FromSpectrum, Lobing, Waviness
+from cadskin.deviation.vibration import VibrationModes
 
 __all__ = [
     "BasisForm",
@@ -74,6 +75,7 @@ __all__ = [
     "Torsor",
     "Towards",
     "Twist",
+    "VibrationModes",
     "Waviness",
     "WhiteNoise",
     "biconic_sag",

@@ -36,10 +36,10 @@ if TYPE_CHECKING:
     from cadskin.deviation.samplers import Sampler
     from cadskin.shape import Feature, NominalModel
 
-__all__ = ["KarhunenLoeve", "Modes", "laplacian_modes"]
+__all__ = ["FactorField", "KarhunenLoeve", "Modes", "laplacian_modes", "upright"]
 
 
-class _FactorField(PatchField):
+class FactorField(PatchField):
     """A field z F with a given factor F (k, n)."""
 
     def __init__(self, factor: Floats, note: str) -> None:
@@ -106,7 +106,7 @@ class KarhunenLoeve(DeviationModel):
         unit_fields = [self._modes(patch) for patch in patches]
         return PatchwiseSampler(patches, unit_fields, np.full(nominal.n_samples, self.sigma))
 
-    def _modes(self, patch: PatchPoints) -> _FactorField:
+    def _modes(self, patch: PatchPoints) -> FactorField:
         tolerance = min(1e-3, max(0.1 * (1.0 - self.energy), 1e-6)) if self.count is None else 1e-3
         full = LowRankField(patch.points / self.length, self.kernel, tolerance=tolerance).factor.astype(float)
         mass = lumped_mass(patch.points, patch.triangles)
@@ -120,7 +120,7 @@ class KarhunenLoeve(DeviationModel):
         )
         modes = rotation[:, order[:count]].T @ full
         modes *= np.sign(modes[np.arange(count), np.abs(modes).argmax(axis=1)])[:, None]
-        return _FactorField(
+        return FactorField(
             modes, f"Karhunen-Loeve: {count} modes hold {kept[count - 1] / kept[-1]:.4g} of the variance"
         )
 
@@ -175,7 +175,7 @@ class Modes(DeviationModel):
             factor = functions[self.first :] * np.array(self.amplitudes)[:, None]
             wavelength = 2 * np.pi / np.sqrt(max(float(values[-1]), 1e-300))
             note = f"modes {self.first} to {wanted - 1}, shortest wavelength {wavelength:.4g} mm"
-            factors.append(_FactorField(factor, note))
+            factors.append(FactorField(factor, note))
         sampler = PatchwiseSampler(patches, factors, np.ones(nominal.n_samples))
         if self.random:
             return sampler
@@ -211,7 +211,11 @@ def laplacian_modes(
     order = np.argsort(values)
     functions = np.zeros((count, len(points)))
     functions[:, inside] = vectors[:, order].T * np.sqrt(mass.sum())
+    return values[order], upright(functions)
+
+
+def upright(functions: Floats) -> Floats:
+    """Return functions (k, n) with signs such that the largest entry of each is positive."""
     peaks = np.abs(functions).max(axis=1, keepdims=True)
     first = np.argmax(np.abs(functions) > 0.999 * peaks, axis=1)
-    functions *= np.sign(functions[np.arange(count), first])[:, None]
-    return values[order], functions
+    return np.asarray(functions * np.sign(functions[np.arange(len(functions)), first])[:, None])

@@ -67,6 +67,12 @@ PARAMETERS = {
     "quadric": {"k1": reals, "k2": reals, "angle": reals, "centre": pairs, "conic": reals},
     "clamped_bow": form,
     "layers": {"thickness": sizes, "direction": directions},
+    "vibration": {
+        "amplitudes": st.lists(reals, min_size=1, max_size=4),
+        "random": st.booleans(),
+        "edges": st.sampled_from(["free", "supported", "fixed"]),
+        "thickness": st.none() | sizes,
+    },
     "shift": {"vector": triples},
     "tilt": {"angle": reals, "axis": directions, "centre": centres},
     "torsor": {"translation": triples, "rotation": triples, "centre": centres},
