@@ -35,8 +35,8 @@ AREA_TOLERANCE = 0.015  # of a face, at edge lengths up to a hundredth of the di
 VOLUME_TOLERANCE = 0.008
 MAX_TURN = math.radians(30.0)  # of a curved edge, per segment
 COARSEST_TURN = math.radians(60.0)
-CURVED = 0.63  # edge length over radius: 36 degrees per edge
-FINEST = 1.0 / 8.0  # of the wanted edge length, on small radii
+CURVED = 2.0 / math.sqrt(3.0) * MAX_TURN  # edge length over radius: equilateral on rows one turn apart
+FINEST = 1.0 / 16.0  # of the wanted edge length, on small radii
 MAX_SMALLEST = 1.0 / 32.0  # of it: how far a face may be refined to hold its area
 
 
@@ -141,16 +141,16 @@ def slack(part: Part, edge_length: float) -> float:
 
 
 def _curved_lengths(part: Part, edge_lengths: Floats) -> Floats:
-    """Shorten the edge length on small radii: 36 degrees per edge, down to an eighth of the length.
+    """Shorten the edge length on small radii, so that it fits the rows of points that their arcs begin.
 
-    On a coarse mesh up to 72 degrees, and not as far down.
+    The arcs turn by 30 degrees per segment; on a coarse mesh by more, and the length goes not as far down.
     """
     lengths = edge_lengths.copy()
     for face, surface in enumerate(part.surfaces):
         if surface.kind in ("cylinder", "sphere", "torus"):
-            loose = math.sqrt(slack(part, lengths[face]))
-            wanted = CURVED * min(loose, 2.0) * surface.parameters[-1]
-            lengths[face] = min(lengths[face], max(wanted, FINEST * loose * lengths[face]))
+            loose = slack(part, lengths[face]) ** (1.0 / 3.0)
+            wanted = CURVED * min(loose, COARSEST_TURN / MAX_TURN) * surface.parameters[-1]
+            lengths[face] = min(lengths[face], max(wanted, FINEST * loose**2 * lengths[face]))
     return lengths
 
 

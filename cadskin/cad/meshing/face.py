@@ -82,14 +82,7 @@ def mesh_face(
     position = (domain.uv - corner) * scale
     start = np.zeros((0, 2))
     if lattice:
-        start = start_points(
-            position,
-            domain.sizes,
-            domain.segments,
-            metric=metric,
-            target=target,
-            aligned=surface.kind == "plane",
-        )
+        start = start_points(position, domain.sizes, domain.segments, metric=metric, target=target)
     n_fixed = len(position)
     nodes = np.concatenate([position, start])
     triangles, neighbours = constrained_delaunay(nodes, domain)

@@ -15,15 +15,16 @@ import numpy as np
 from cadskin._typing import Floats
 from cadskin.cad._jit import kernel
 from cadskin.cad.meshing._moves import collapse_short, delaunay_flips, split_long
-from cadskin.cad.meshing._smoothing import even_valence, grade, smooth
+from cadskin.cad.meshing._smoothing import even_valence, grade, improve_shape, smooth
 
 __all__ = ["Metric", "is_compiled", "remesh", "warm"]
 
 _log = logging.getLogger(__name__)
 
-GRADING = 0.35
+GRADING = 0.22
 TOO_LONG = 1.4
-TOO_SHORT = 0.55
+TOO_SHORT = 0.7
+SHAPE_SWEEPS = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,6 +103,11 @@ def remesh_arrays(
         n = delaunay_flips(position, triangles, neighbours, locked, triangle_of, counts[1], grid, placing, 5)
         if n == 0 and k > 1:
             break
+    for _ in range(SHAPE_SWEEPS):
+        n = improve_shape(position, fixed, triangles, neighbours, triangle_of, counts[0], grid, placing)
+        n += delaunay_flips(position, triangles, neighbours, locked, triangle_of, counts[1], grid, placing, 5)
+        if n == 0:
+            break
 
 
 @kernel
@@ -142,7 +148,7 @@ def remesh(
     metric: Metric,
     target: float,
     capacity: int,
-    iterations: int = 2,
+    iterations: int = 4,
 ) -> tuple[Floats, Any]:
     """Remesh a planar triangulation to a wanted edge length in the metric of its surface.
 

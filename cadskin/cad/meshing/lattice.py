@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -17,9 +18,7 @@ CLEARANCE = 0.58  # of the wanted edge length, to the boundary
 MOST_POINTS = 6_000_000
 
 
-def start_points(
-    position: Floats, sizes: Floats, segments: Ints, *, metric: Metric, target: float, aligned: bool
-) -> Floats:
+def start_points(position: Floats, sizes: Floats, segments: Ints, *, metric: Metric, target: float) -> Floats:
     """Return points inside the box of a boundary polygon, clear of its nodes and of its segments' middles.
 
     Parameters
@@ -29,8 +28,6 @@ def start_points(
     metric : Metric
     target : float
         Wanted edge length [mm].
-    aligned : bool
-        Turn the rows along the longest straight direction of the boundary (planes).
 
     Returns
     -------
@@ -39,7 +36,7 @@ def start_points(
     """
     low, high = position.min(axis=0), position.max(axis=0)
     if len(metric.grid) == 1:
-        rows = _flat_rows(position, segments, target, aligned)
+        rows = _flat_rows(position, segments, target)
     else:
         rows = _bent_rows(high - low, metric.grid, target) + low
     if not len(rows):
@@ -47,8 +44,9 @@ def start_points(
     return np.ascontiguousarray(rows[_clear(rows, position, sizes, segments, metric, target)])
 
 
-def _flat_rows(position: Floats, segments: Ints, target: float, aligned: bool) -> Floats:
-    angle = _straight_direction(position, segments) if aligned else 0.0
+def _flat_rows(position: Floats, segments: Ints, target: float) -> Floats:
+    """Rows along the longest straight direction of the boundary, so that they fit the points on it."""
+    angle = _straight_direction(position, segments)
     turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
     turned = position @ turn
     low, width = turned.min(axis=0), np.ptp(turned, axis=0)
@@ -57,11 +55,20 @@ def _flat_rows(position: Floats, segments: Ints, target: float, aligned: bool) -
     if n_rows * n_columns > MOST_POINTS:
         return np.zeros((0, 2))
     row = np.arange(1, n_rows)[:, None]
-    column = np.arange(n_columns + 1)[None, :] + 0.5 * (row % 2)
+    column = np.arange(n_columns + 1)[None, :] + _stagger(row, n_rows)
     lattice = np.zeros((n_rows - 1, n_columns + 1, 2))
     lattice[..., 0] = low[0] + column * (width[0] / n_columns)
     lattice[..., 1] = low[1] + row * (width[1] / n_rows)
     return np.asarray(lattice.reshape(-1, 2) @ turn.T)
+
+
+def _stagger(row: Any, n_rows: int) -> Any:
+    """Shift of a row in columns: about half a column per row, and whole columns from border to border.
+
+    Both borders begin at a vertex, so that an odd number of rows at exactly half a column would end with
+    right triangles; three rows at a third give a quality of 0.98.
+    """
+    return row * ((n_rows + 1) // 2 / n_rows) % 1.0
 
 
 def _straight_direction(position: Floats, segments: Ints) -> float:
@@ -99,7 +106,7 @@ def _bent_rows(width: Floats, grid: Floats, target: float) -> Floats:
         speed = speed_u[:, j] + (place - j) * (speed_u[:, j + 1] - speed_u[:, j])
         along = _cumulative(speed) * width[0] / (len(speed) - 1)
         count = max(1, round(along[-1] / target))
-        steps = (np.arange(count + 1) + 0.5 * (index % 2)) * along[-1] / count
+        steps = (np.arange(count + 1) + _stagger(index + 1, n_rows)) * along[-1] / count
         steps = steps[steps <= along[-1]]
         rows.append(np.stack([np.interp(steps, along, columns), np.full(len(steps), height)], axis=1))
     lattice = np.concatenate(rows)

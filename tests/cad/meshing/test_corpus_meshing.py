@@ -60,4 +60,4 @@ def test_areas_and_volumes_are_those_of_the_file(solids):
         sides = np.roll(corners, -1, axis=1) - corners
         area = 0.5 * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
         quality = 4 * np.sqrt(3) * area / (sides**2).sum(axis=(1, 2))
-        assert np.median(quality) > 0.95
+        assert np.median(quality) > 0.979
