@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 import cadskin
+from cadskin.conform.requirements import bound_to
 from cadskin.errors import ReadError
 from cadskin.skin.provenance import nominal_sha256
 from cadskin.verify import verify
@@ -45,7 +46,7 @@ def certificate_of(
         Hashes of nominal model, mesh and specification; version, model, seed and number of the part; value,
         limit, verdict and active points of every tolerance; what could not be evaluated, and why.
     """
-    bound = spec.bind(skin.nominal)
+    bound = bound_to(spec, skin.nominal)
     found = cast("Verification", verify(skin, bound, standard=standard))
     provenance = skin.provenance.to_dict()
     return {
@@ -142,7 +143,7 @@ def recheck(
     nominal : NominalModel
         Names the features of the faces.
     """
-    bound = spec.bind(nominal)
+    bound = bound_to(spec, nominal)
     notes = []
     for what, found in (
         ("nominal_sha256", nominal_sha256(nominal)),

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Requirement",
     "Unsupported",
+    "bound_to",
     "bound_with_general",
     "made_part",
     "requirements_of",
@@ -104,6 +105,13 @@ def value_of(requirement: Requirement, part: MadePart, spec: Specification) -> f
         return float("inf")
 
 
+def bound_to(spec: Specification, nominal: NominalModel) -> Specification:
+    """Return a specification on the faces of a part; one that stands on faces already is left as it is."""
+    selections = [*(tolerance.feature for tolerance in spec), *(datum.feature for datum in spec.datums)]
+    on_faces = all(selection.faces or not selection for selection in selections)
+    return spec if on_faces and any(selections) else spec.bind(nominal)
+
+
 def bound_with_general(spec: Specification, nominal: NominalModel) -> Specification:
     """Return a specification on the faces of a part, its general tolerances on each feature without another.
 
@@ -114,7 +122,7 @@ def bound_with_general(spec: Specification, nominal: NominalModel) -> Specificat
     """
     if not len(spec) and spec.default is None and not spec.unresolved:
         raise SpecificationError("the specification holds no tolerance; simulate without spec, or give one")
-    bound = spec.bind(nominal)
+    bound = bound_to(spec, nominal)
     for tolerance in bound:
         _refuse_own_datum(tolerance, nominal, bound)
     return with_general(bound, nominal)
