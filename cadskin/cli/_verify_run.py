@@ -18,7 +18,14 @@ __all__ = ["verify_run"]
 
 
 def verify_run(
-    folder: Path, spec: Path | None, *, standard: Standard, sections: int, csv: Path | None, json: bool
+    folder: Path,
+    spec: Path | None,
+    *,
+    standard: Standard,
+    sections: int,
+    csv: Path | None,
+    qif: Path | None,
+    json: bool,
 ) -> int:
     """Evaluate every part of a run; return 0 where all conform, else 1.
 
@@ -28,13 +35,17 @@ def verify_run(
     from cadskin.export import open_run, write_text
     from cadskin.spec import read_spec
     from cadskin.verify import verify
+    from cadskin.verify.general import bound_to, with_general
+    from cadskin.verify.qif import write_qif
 
     run = open_run(folder)
     tolerances = run.spec if spec is None else read_spec(spec)
     if tolerances is None:
         raise SpecificationError(f"{folder} was made without tolerances; give a spec file with --spec")
     known = {item["tolerance"] for item in run.about["unsupported"]} if spec is None else set()
-    bound = tolerances.bind(run.nominal)
+    bound = with_general(bound_to(tolerances, run.nominal), run.nominal)
+    kept: dict[str, int] = {tolerance.id: 0 for tolerance in bound}
+    tables: list[Verification] = []
     values: dict[str, list[float]] = {tolerance.id: [] for tolerance in bound}
     reasons: dict[str, str] = {}
     with progress_bar(f"verifying {folder.name}") as progress:
@@ -42,13 +53,15 @@ def verify_run(
             found = cast("Verification", verify(skin, bound, standard=standard, sections=sections))
             for name, evaluation in found.evaluations:
                 values[name].append(evaluation.value)
+                kept[name] += evaluation.ok is True  # a material requirement has a verdict of its own
+            tables.append(found)
             reasons.update(found.unresolved)
             progress(number + 1, len(run))
     limits = {tolerance.id: tolerance.value for tolerance in bound}
     rows, conforming = [], len(run) > 0
     for name, listed in values.items():
         limit = limits[name]
-        within = sum(limit is not None and value <= limit for value in listed)
+        within = kept[name]
         if name not in known and name not in reasons:
             conforming &= within == len(run)
         largest = f"{np.max(listed):.9g}" if listed else ""
@@ -58,6 +71,8 @@ def verify_run(
     text = "\n".join(
         ",".join(row) for row in [("tolerance", "characteristic", "largest", "limit", "within"), *rows]
     )
+    if qif is not None:
+        write_qif(qif, tables, bound, run.nominal)
     if csv is not None:
         write_text(csv, text + "\n")
     if json:

@@ -38,6 +38,10 @@ def command(
         Path | None,
         typer.Option("--csv", metavar="FILE", help="Also write the table there.", show_default=False),
     ] = None,
+    qif: Annotated[
+        Path | None,
+        typer.Option("--qif", metavar="FILE", help="Also write QIF 3.0 results there.", show_default=False),
+    ] = None,
     json: Json = False,
     part: Part = None,
     time_limit: TimeLimit = 300.0,
@@ -52,6 +56,7 @@ def command(
     from cadskin.spec import read_spec
     from cadskin.verify import Standard, Verification, verify
     from cadskin.verify.meshes import read_labelled_mesh
+    from cadskin.verify.qif import write_qif
 
     if standard not in ("ISO 5459:2011", "ASME Y14.5.1-2019"):
         raise SpecificationError(
@@ -60,9 +65,8 @@ def command(
     if mesh.is_dir():
         from cadskin.cli._verify_run import verify_run
 
-        return verify_run(
-            mesh, spec, standard=cast("Standard", standard), sections=sections, csv=csv, json=json
-        )
+        chosen = cast("Standard", standard)
+        return verify_run(mesh, spec, standard=chosen, sections=sections, csv=csv, qif=qif, json=json)
     if of is None:
         raise SpecificationError(f"{mesh.name} is a mesh: name the CAD file of its nominal part with --of")
     made = read_labelled_mesh(mesh)
@@ -86,7 +90,7 @@ def command(
 
         with status(f"reading the tolerances of {of.name}"):
             given = read_pmi(of, nominal, time_limit=time_limit)
-    if not len(given):
+    if not len(given) and given.default is None:
         raise SpecificationError(f"{spec or of} holds no tolerances; give a spec file with --spec")
     with progress_bar("verifying") as progress:
         found = verify(
@@ -100,6 +104,8 @@ def command(
     table = cast("Verification", found)
     if csv is not None:
         csv.write_text(table.to_csv(), encoding="utf-8")
+    if qif is not None:
+        write_qif(qif, [table], given, nominal)
     if json:
         print_json(table.to_dict())
     else:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -24,6 +25,7 @@ from cadskin.verify.supported import is_tangent
 if TYPE_CHECKING:
     from cadskin._typing import Points, Vectors
     from cadskin.shape import Feature
+    from cadskin.shape.association.models import ClosestPoints
     from cadskin.spec import Tolerance
     from cadskin.verify.evaluation import Evaluation
     from cadskin.verify.extraction import MadePart
@@ -207,7 +209,17 @@ def _patch(feature: Feature, place: Placement, offset: float) -> Patch:
     if isinstance(ideal, Torus):
         place_ = placed(ideal.centre, ideal.axis, ideal.minor_radius, ideal.major_radius)
         return Patch(TORUS, place_, sign, offset)
-    axes = place.nominal_frame.axes
-    local = (feature.points - place.nominal_frame.origin) @ axes
-    closest = sampled_closest(local, feature.normals @ axes, feature.curvatures, feature.directions @ axes)
-    return Patch(FREEFORM, Pose(np.zeros(3), np.eye(3), np.zeros(2)), 1.0, offset, closest)
+    origin, axes = place.in_frame(np.zeros(3)), np.ascontiguousarray(place.nominal_frame.axes.T)
+    return Patch(FREEFORM, Pose(origin, axes, np.zeros(2)), 1.0, offset, _freeform(feature))
+
+
+_SURFACES: WeakKeyDictionary[Feature, ClosestPoints] = WeakKeyDictionary()
+
+
+def _freeform(feature: Feature) -> ClosestPoints:
+    """Return the closest-point function of a freeform feature, made once."""
+    found = _SURFACES.get(feature)
+    if found is None:
+        samples = (feature.points, feature.normals, feature.curvatures, feature.directions)
+        found = _SURFACES[feature] = sampled_closest(*samples)
+    return found

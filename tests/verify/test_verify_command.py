@@ -9,6 +9,7 @@ import sys
 import numpy as np
 import pytest
 
+from cadskin.cad.measured import read_qif
 from cadskin.errors import CadskinWarning, ReadError
 from cadskin.export import write
 from cadskin.verify.meshes import read_labelled_mesh
@@ -57,13 +58,15 @@ def test_exit_code_tells_whether_it_conforms(plate, value, code):
     folder, step, _ = plate
     spec = folder / f"spec_{code}.toml"
     spec.write_text(SPEC.format(value=value))
-    done = run(folder / "made.npz", "--of", step, "--spec", spec, "--json")
+    qif = folder / f"made_{code}.qif"
+    done = run(folder / "made.npz", "--of", step, "--spec", spec, "--qif", qif, "--json")
     assert done.returncode == code, done.stderr
     found = json.loads(done.stdout)
     values = {row["characteristic"]: row["value"] for row in found["evaluations"].values()}
     assert values["flatness"] == pytest.approx(0.05, abs=1e-3)
     assert values["parallelism"] == pytest.approx(0.05, abs=1e-3)
     assert found["conforming"] is (code == 0)
+    assert read_qif(qif).parts[0].declared == ("FAIL" if code else "PASS")
 
 
 def test_labelled_meshes_round_trip(plate, tmp_path):
