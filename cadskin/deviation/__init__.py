@@ -5,6 +5,7 @@ from __future__ import annotations
 from cadskin.deviation.algebra import RestrictedModel, ScaledModel, SumModel
 from cadskin.deviation.base import DeviationModel
 from cadskin.deviation.bases import BasisForm
+from cadskin.deviation.designs import Design, parameter_design, with_parameter
 from cadskin.deviation.field import GaussianField
 from cadskin.deviation.forms import (
     Cone,
@@ -36,6 +37,7 @@ from cadskin.deviation.randomised import Randomised
 from cadskin.deviation.registry import from_dict, model_class, model_names, register
 from cadskin.deviation.rigid import Bend, Shift, SizeOffset, Taper, Thermal, Tilt, Torsor, Twist
 from cadskin.deviation.samplers import Sampler
+from cadskin.deviation.scan import FromScan
 from cadskin.deviation.texture import Fractal, FromSpectrum, Lobing, Waviness
 from cadskin.deviation.vibration import VibrationModes
 
@@ -45,12 +47,14 @@ __all__ = [
     "ClampedBow",
     "Cone",
     "Cylinder",
+    "Design",
     "DeviationModel",
     "Ellipsoid",
     "Fractal",
     "FromArray",
     "FromFE",
     "FromFunction",
+    "FromScan",
     "FromSpectrum",
     "GaussianField",
     "Gibbs",
@@ -88,7 +92,9 @@ __all__ = [
     "model_class",
     "model_names",
     "morph",
+    "parameter_design",
     "printed",
     "register",
     "turned",
+    "with_parameter",
 ]

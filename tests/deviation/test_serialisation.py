@@ -73,6 +73,11 @@ PARAMETERS = {
         "edges": st.sampled_from(["free", "supported", "fixed"]),
         "thickness": st.none() | sizes,
     },
+    "scan": {
+        "points": st.lists(triples, min_size=12, max_size=12),
+        "reach": sizes,
+        "neighbours": st.integers(8, 12),
+    },
     "shift": {"vector": triples},
     "tilt": {"angle": reals, "axis": directions, "centre": centres},
     "torsor": {"translation": triples, "rotation": triples, "centre": centres},

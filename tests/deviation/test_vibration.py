@@ -23,8 +23,8 @@ SQUARE = patch_of(plane((1.0, 1.0), h=0.05))
 
 
 # omega a² sqrt(rho h / D) of a square plate, nu = 0.3: supported 2 pi², 5 pi² (exact); fixed and free as the
-# Ritz method gives them, Leissa: The free vibration of rectangular plates, J. Sound Vib. 31 (1973), the digits
-# of the free plate as later Ritz solutions converged them.
+# Ritz method gives them, Leissa: The free vibration of rectangular plates, J. Sound Vib. 31 (1973), the
+# digits of the free plate as later Ritz solutions converged them.
 @pytest.mark.parametrize(
     ("edges", "exact", "accuracy"),
     [
