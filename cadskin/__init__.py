@@ -65,6 +65,7 @@ _HOMES = {
     "FromArray": "cadskin.deviation",
     "FromFE": "cadskin.deviation",
     "FromFunction": "cadskin.deviation",
+    "FromScan": "cadskin.deviation",
     "FromSpectrum": "cadskin.deviation",
     "GaussianField": "cadskin.deviation",
     "Gibbs": "cadskin.deviation",
@@ -84,6 +85,7 @@ _HOMES = {
     "Torsor": "cadskin.deviation",
     "Towards": "cadskin.deviation",
     "Twist": "cadskin.deviation",
+    "VibrationModes": "cadskin.deviation",
     "Waviness": "cadskin.deviation",
     "WhiteNoise": "cadskin.deviation",
     "morph": "cadskin.deviation",
@@ -142,6 +144,7 @@ if TYPE_CHECKING:
     from cadskin.deviation import FromArray as FromArray
     from cadskin.deviation import FromFE as FromFE
     from cadskin.deviation import FromFunction as FromFunction
+    from cadskin.deviation import FromScan as FromScan
     from cadskin.deviation import FromSpectrum as FromSpectrum
     from cadskin.deviation import GaussianField as GaussianField
     from cadskin.deviation import Gibbs as Gibbs
@@ -161,6 +164,7 @@ if TYPE_CHECKING:
     from cadskin.deviation import Torsor as Torsor
     from cadskin.deviation import Towards as Towards
     from cadskin.deviation import Twist as Twist
+    from cadskin.deviation import VibrationModes as VibrationModes
     from cadskin.deviation import Waviness as Waviness
     from cadskin.deviation import WhiteNoise as WhiteNoise
     from cadskin.deviation import morph as morph
