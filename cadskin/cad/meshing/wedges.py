@@ -15,6 +15,7 @@ from cadskin.cad.surface import FaceSurface, principal_curvatures, unit_normals
 __all__ = ["Wedges", "face_wedges"]
 
 SINGULAR = 1e-9  # of the face's median |Su x Sv|
+UNSEEN = 10.0  # curvature times the shortest side at the vertex: the mesh cannot show such a bend
 AGREEMENT = 0.02  # spread of the normals round a pole that still has a normal
 
 
@@ -69,6 +70,9 @@ def _treat_singular(wedges: Wedges, values: Floats, assembly: Assembly, meshes: 
         & np.isfinite(wedges.curvatures).all(axis=1)
         & np.isfinite(wedges.directions).all(axis=(1, 2))
     )
+    shortest = _shortest_sides(assembly)[wedges.vertices]
+    with np.errstate(invalid="ignore"):
+        bent = np.abs(wedges.curvatures).max(axis=1) * shortest > UNSEEN
     ends = np.append(starts[1:], len(density))
     for mesh, ids, start, end in zip(meshes, assembly.node_ids, starts.tolist(), ends.tolist(), strict=True):
         if start == end:
@@ -76,21 +80,36 @@ def _treat_singular(wedges: Wedges, values: Floats, assembly: Assembly, meshes: 
         part = density[start:end]
         low = np.isfinite(part)
         floor = SINGULAR * float(np.median(part[low])) if low.any() else 0.0
-        for row in (start + np.flatnonzero(~(part > floor) | ~finite[start:end])).tolist():
+        for row in (start + np.flatnonzero(~(part > floor) | ~finite[start:end] | bent[start:end])).tolist():
             copies = np.flatnonzero(ids == wedges.vertices[row])
-            _fill_row(wedges, row, mesh, copies, assembly)
+            _fill_row(wedges, row, mesh, copies, assembly, float(shortest[row]))
 
 
-def _fill_row(wedges: Wedges, row: int, mesh: FaceMesh, copies: Ints, assembly: Assembly) -> None:
+def _shortest_sides(assembly: Assembly) -> Floats:
+    """Return the length of the shortest side at each vertex [mm]."""
+    corners = assembly.points[assembly.triangles]
+    lengths = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
+    shortest = np.full(len(assembly.points), np.inf)
+    np.minimum.at(shortest, assembly.triangles, lengths)
+    np.minimum.at(shortest, np.roll(assembly.triangles, -1, axis=1), lengths)
+    return shortest
+
+
+def _fill_row(
+    wedges: Wedges, row: int, mesh: FaceMesh, copies: Ints, assembly: Assembly, shortest: float
+) -> None:
     surface = mesh.surface
     if surface.kind == "sphere":
         outward = (assembly.points[wedges.vertices[row]] - surface.frame[0]) / surface.parameters[0]
         outward /= np.linalg.norm(outward)
-        normal = -outward if surface.reversed else outward
-        bend = (1.0 if surface.reversed else -1.0) / surface.parameters[0]
-        wedges.curvatures[row] = bend
+        left_handed = float(np.linalg.det(surface.frame[1:])) < 0  # then Su x Sv points to the centre
+        inward = surface.reversed != left_handed
+        normal = -outward if inward else outward
+        wedges.curvatures[row] = (1.0 if inward else -1.0) / surface.parameters[0]
     else:
         limit = None if surface.kind == "cone" else _limit(surface, mesh, copies)
+        if limit is not None and float(np.abs(limit[1]).max()) * shortest > UNSEEN:
+            limit = None
         wedges.singular[row] = limit is None
         if limit is None:
             normal = _mesh_normal(assembly, mesh.index, int(wedges.vertices[row]))

@@ -3,6 +3,9 @@
 import cadquery as cq
 import numpy as np
 import pytest
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
+from OCP.Geom import Geom_ConicalSurface
+from OCP.gp import gp_Ax3
 
 from cadskin.cad.meshing import mesh_shape
 
@@ -76,3 +79,44 @@ def test_frames_are_orthonormal_and_curvatures_ordered(kind):
     gram = np.einsum("nai,nbi->nab", frames, frames)
     np.testing.assert_allclose(gram, np.broadcast_to(np.eye(3), gram.shape), atol=1e-9)
     assert (mesh.wedge_curvatures[:, 0] >= mesh.wedge_curvatures[:, 1]).all()
+
+
+def shortest_sides(mesh):
+    """Length of the shortest side at each vertex."""
+    corners = mesh.points[mesh.triangles]
+    lengths = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
+    shortest = np.full(len(mesh.points), np.inf)
+    np.minimum.at(shortest, mesh.triangles, lengths)
+    np.minimum.at(shortest, np.roll(mesh.triangles, -1, axis=1), lengths)
+    return shortest
+
+
+def assert_wedges_agree_with_the_mesh(mesh):
+    """Normals on the side of their triangles, curvatures that the mesh can show, where not flagged."""
+    key = mesh.wedge_faces * len(mesh.points) + mesh.wedge_vertices
+    rows = np.searchsorted(key, mesh.face_ids[:, None] * len(mesh.points) + mesh.triangles)
+    a, b, c = (mesh.points[mesh.triangles[:, k]] for k in range(3))
+    dots = np.einsum("ni,nki->nk", np.cross(b - a, c - a), mesh.wedge_normals[rows])
+    assert (dots > 0)[~mesh.wedge_singular[rows]].all()
+    bend = np.abs(mesh.wedge_curvatures).max(axis=1) * shortest_sides(mesh)[mesh.wedge_vertices]
+    assert bend[~mesh.wedge_singular].max() <= 10.0
+
+
+@pytest.mark.parametrize("axis", ["|Z", ""])
+def test_poles_of_fillet_spheres_point_out_of_the_material(axis):
+    box = cq.Workplane().box(30, 20, 20).edges(axis or None).fillet(4).val()
+    mesh = mesh_shape(box.wrapped, edge_length=1.5)
+    assert_wedges_agree_with_the_mesh(mesh)
+    assert not mesh.wedge_singular.any()
+    on_sphere = np.isin(mesh.wedge_faces, [i for i, f in enumerate(box.Faces()) if f.geomType() == "SPHERE"])
+    np.testing.assert_allclose(mesh.wedge_curvatures[on_sphere], -0.25, atol=1e-9)
+
+
+def test_an_apex_that_the_file_misses_is_flagged():
+    half_angle = np.pi / 6
+    cone = Geom_ConicalSurface(gp_Ax3(), half_angle, 2.0)
+    end = (9e-6 - 2.0) / np.sin(half_angle)  # the radius there is 9 nm
+    face = BRepBuilderAPI_MakeFace(cone, 0.0, 2 * np.pi, end, 0.0, 1e-4).Face()
+    mesh = mesh_shape(face, edge_length=0.5)
+    assert mesh.wedge_singular.sum() == 1
+    assert_wedges_agree_with_the_mesh(mesh)
