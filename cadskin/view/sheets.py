@@ -12,6 +12,7 @@ import numpy as np
 
 from cadskin.errors import ExportError
 from cadskin.export.content import Content, Shape, content_of
+from cadskin.view.camera import View
 from cadskin.view.pictures import draw, save_png
 from cadskin.view.software import BACKGROUND
 from cadskin.view.style import Style, StyleOptions, checked_size, colour_scale
@@ -26,6 +27,7 @@ def sheet(
     shapes: Sequence[Shape],
     titles: Sequence[str] | None = None,
     *,
+    views: Sequence[View] | None = None,
     columns: int | None = None,
     tile: tuple[int, int] = (800, 600),
     **style: Unpack[StyleOptions],
@@ -40,6 +42,8 @@ def sheet(
     shapes : sequence of NominalModel, SkinModel or DiscreteShape
     titles : sequence of str, optional
         One per shape, by default the names of the parts.
+    views : sequence of View, optional
+        One per shape, instead of the view of all.
     columns : int, optional
         By default as many as make the sheet about square.
     tile : tuple of int
@@ -70,6 +74,8 @@ def sheet(
     names = [content.name for content in contents] if titles is None else list(titles)
     if not contents or len(names) != len(contents):
         raise ExportError(f"a sheet needs shapes and one title for each: {len(contents)} and {len(names)}")
+    if views is not None and len(views) != len(contents):
+        raise ExportError(f"a sheet needs one view for each shape: {len(contents)} and {len(views)}")
     width, height = checked_size(tile)
     per_row = _columns(len(contents), columns)
     rows = -(-len(contents) // per_row)
@@ -79,7 +85,8 @@ def sheet(
     pixels = np.full((rows * height, per_row * width, 3), BACKGROUND)
     for k, (content, name) in enumerate(zip(contents, names, strict=True)):
         top, left = height * (k // per_row), width * (k % per_row)
-        pixels[top : top + height, left : left + width] = draw(content, common, name, (width, height))
+        own = common if views is None else dataclasses.replace(common, view=views[k])
+        pixels[top : top + height, left : left + width] = draw(content, own, name, (width, height))
     return save_png(path, pixels, title=", ".join(names)[:1000])
 
 

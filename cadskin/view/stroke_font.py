@@ -200,6 +200,68 @@ _GLYPHS: dict[str, _Glyph] = {
 _MISSING: _Glyph = (5.6, (((0.0, 0.0), (0.0, 10.0), (5.6, 10.0), (5.6, 0.0), (0.0, 0.0)),))
 
 
+def _ringed(width: float, strokes: tuple[_Stroke, ...]) -> _Glyph:
+    """Return a small letter or sign in a circle."""
+    return 10.0, (
+        _oval(5.0, 5.0, 5.0, 5.0),
+        *(_moved(stroke, 5.0 - width / 2, 2.3, 0.54) for stroke in strokes),
+    )
+
+
+def _moved(stroke: _Stroke, x: float, y: float, scale: float) -> _Stroke:
+    """Return a stroke shrunk and moved; ``x`` is where its left end comes."""
+    return tuple(
+        (x + scale * p[0], y + scale * p[1])
+        if len(p) == 2
+        else (x + scale * p[0], y + scale * p[1], scale * p[2], scale * p[3], p[4], p[5])
+        for p in stroke
+    )
+
+
+def _letter_in_a_ring(letter: str) -> _Glyph:
+    width, strokes = _GLYPHS[letter]
+    return _ringed(0.54 * width, strokes)
+
+
+_ARROW: _Stroke = ((5.6, 8.4), (7.4, 10.0), (7.0, 7.6), (5.6, 8.4))
+# Signs of geometrical tolerances (ISO 1101, ASME Y14.5), as high as capitals.
+_TOLERANCE_SIGNS: dict[str, _Glyph] = {
+    "⏤": (9.0, (((0.0, 5.0), (9.0, 5.0)),)),
+    "⏥": (11.0, (((0.0, 1.8), (3.2, 8.2), (11.0, 8.2), (7.8, 1.8), (0.0, 1.8)),)),
+    "○": (8.4, (_oval(4.2, 5.0, 4.2, 4.2),)),
+    "⌭": (10.0, (_oval(5.0, 5.0, 2.6, 2.6), ((0.0, 0.6), (3.4, 9.4)), ((6.6, 0.6), (10.0, 9.4)))),
+    "⌒": (10.0, (((5.0, 2.4, 5.0, 5.6, 180, 0),),)),
+    "⌓": (10.0, (((5.0, 2.4, 5.0, 5.6, 180, 0), (0.0, 2.4)),)),
+    "∥": (6.4, (((0.0, 0.4), (2.6, 9.6)), ((3.8, 0.4), (6.4, 9.6)))),
+    "⟂": (9.0, (((0.0, 0.6), (9.0, 0.6)), ((4.5, 0.6), (4.5, 9.4)))),
+    "∠": (9.6, (((8.6, 7.6), (0.0, 1.0), (9.6, 1.0)),)),
+    "⌖": (10.0, (_oval(5.0, 5.0, 3.2, 3.2), ((0.0, 5.0), (10.0, 5.0)), ((5.0, 0.0), (5.0, 10.0)))),
+    "◎": (9.6, (_oval(4.8, 5.0, 4.8, 4.8), _oval(4.8, 5.0, 2.4, 2.4))),
+    "⌯": (9.6, (((0.0, 5.0), (9.6, 5.0)), ((2.0, 7.8), (7.6, 7.8)), ((2.0, 2.2), (7.6, 2.2)))),
+    "↗": (7.6, (((0.0, 0.4), (6.3, 8.0)), _ARROW)),
+    "⌰": (
+        11.6,
+        (
+            ((0.0, 0.4), (6.3, 8.0)),
+            _ARROW,
+            ((4.0, 0.4), (10.3, 8.0)),
+            ((9.6, 8.4), (11.4, 10.0), (11.0, 7.6), (9.6, 8.4)),
+            ((0.0, 0.4), (4.0, 0.4)),
+        ),
+    ),
+    "⌀": (8.0, (_oval(4.0, 5.0, 3.6, 3.6), ((0.2, -0.2), (7.8, 10.2)))),
+    "□": (8.0, (((0.0, 1.0), (8.0, 1.0), (8.0, 9.0), (0.0, 9.0), (0.0, 1.0)),)),
+    "△": (8.0, (((0.0, 0.6), (8.0, 0.6), (4.0, 9.0), (0.0, 0.6)),)),
+    "←": (9.0, (((9.0, 5.0), (0.0, 5.0)), ((2.6, 6.4), (0.0, 5.0), (2.6, 3.6)))),
+    "◁": (6.0, (((6.0, 0.6), (0.0, 5.0), (6.0, 9.4), (6.0, 0.6)),)),
+    "▷": (6.0, (((0.0, 0.6), (6.0, 5.0), (0.0, 9.4), (0.0, 0.6)),)),
+}
+_GLYPHS |= _TOLERANCE_SIGNS
+_GLYPHS |= {
+    sign: _letter_in_a_ring(letter) for sign, letter in zip("ⒶⒸⒺⒻⒼⒾⓁⓂⓃⓅⓇⓈⓉⓊⓍ", "ACEFGILMNPRSTUX", strict=True)
+}
+
+
 def text_width(text: str, height: float) -> float:
     """Return the width of ``text`` in pixels when capitals are ``height`` pixels high.
 
