@@ -12,7 +12,8 @@ from cadskin.cli._console import note, progress_bar
 
 def command(
     characteristic: Annotated[
-        str, typer.Option(help="flatness, roundness, cylindricity, 'inscribed cylinder', ...")
+        str,
+        typer.Option(help="flatness, cylindricity, 'inscribed cylinder', perpendicularity, position, ..."),
     ],
     value: Annotated[
         float, typer.Option(help="Value that an exact evaluation gives [mm]; a diameter for sizes.")

@@ -21,6 +21,9 @@ from cadskin.verify.location import MaterialReport, Target, material_report, pos
 from cadskin.verify.median import median_line, median_points
 from cadskin.verify.orientation import orientation
 from cadskin.verify.profile import bezier_closest, profile
+from cadskin.verify.qif import write_qif
+from cadskin.verify.reference import reference_set
+from cadskin.verify.reference_datums import datum_reference_set
 from cadskin.verify.runout import runout
 from cadskin.verify.size import global_size, local_diameters, rank
 from cadskin.verify.verification import EnsembleVerification, Verification, verify
@@ -38,6 +41,7 @@ __all__ = [
     "Verification",
     "bezier_closest",
     "cylindricity",
+    "datum_reference_set",
     "establish",
     "establish_one",
     "evaluate_case",
@@ -53,11 +57,13 @@ __all__ = [
     "profile",
     "rank",
     "read_case",
+    "reference_set",
     "roundness",
     "runout",
     "straightness",
     "symmetry",
     "verify",
+    "write_qif",
 ]
 
 

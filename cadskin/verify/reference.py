@@ -20,7 +20,7 @@ from cadskin.shape.association import associate, rotation
 if TYPE_CHECKING:
     from cadskin._typing import Floats, Ints, Points, RNGLike, Vectors
 
-__all__ = ["CHARACTERISTICS", "ReferenceSet", "Sampling", "reference_set"]
+__all__ = ["CHARACTERISTICS", "ReferenceSet", "Sampling", "planted_plane", "reference_set"]
 
 Sampling: TypeAlias = Literal["random", "grid", "sections"]
 
@@ -375,3 +375,18 @@ def _parameters(n: int, sampling: Sampling, rng: np.random.Generator) -> tuple[F
     row, column = index % rows, index // rows
     columns = int(column.max()) + 1
     return (column + 0.5) / columns, (row + 0.5) / rows
+
+
+def planted_plane(flatness: float, count: int, rng: np.random.Generator) -> Points:
+    """Return a plane (count, 3) about z = 0 whose minimum zone is planted: |z| reaches half the flatness."""
+    kind = CHARACTERISTICS["flatness"]
+    for _ in range(40):
+        contacts = _contacts(kind, _RADIUS, 0.5 * flatness, 2 * np.pi, rng)
+        if contacts is None:
+            continue
+        placed, _ = contacts
+        filling = _filling(kind, _RADIUS, 0.5 * flatness, count - len(placed), 2 * np.pi, "random", 0, rng)
+        points = np.concatenate([filling, placed])[rng.permutation(count)]
+        if abs(associate(points, "plane").value - flatness) <= 1e-11 * max(1.0, flatness):
+            return np.asarray(points)
+    raise SpecificationError(f"no flatness of {flatness} mm could be planted")

@@ -11,8 +11,9 @@ import pytest
 
 from cadskin.errors import SpecificationError
 from cadskin.shape.association import associate
-from cadskin.verify import evaluate_case, read_case
+from cadskin.verify import DatumFeature, establish, evaluate_case, orientation, read_case
 from cadskin.verify.reference import CHARACTERISTICS, reference_set
+from cadskin.verify.reference_datums import DATUM_CHARACTERISTICS, datum_reference_set
 from cadskin.verify.reference_files import write_references
 
 
@@ -86,3 +87,30 @@ def test_command(tmp_path):
     assert len(cases) == 3
     for case in cases:
         assert evaluate_case(read_case(case)).value == pytest.approx(0.05, abs=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("characteristic", DATUM_CHARACTERISTICS)
+def test_datum_case_evaluates_to_its_value(tmp_path, characteristic, seed):
+    """The datums are as uneven as 0.6 of the value, and yet the value is exact."""
+    (path,) = write_references(tmp_path, characteristic, 0.05, rng=seed, n_points=200)
+    found = evaluate_case(read_case(path))
+    assert found.value == pytest.approx(0.05, abs=1e-12)
+    assert found.certified
+
+
+def test_datum_sets_tell_criteria_apart():
+    """A datum by least squares gives another value."""
+    made = datum_reference_set("parallelism", 0.05, rng=2, n_points=60)
+    squares = [
+        DatumFeature("A", "plane", made.features["A"], hint=made.outward["A"], criterion="least squares")
+    ]
+    found = orientation(made.features["T"], "parallelism", establish(squares, standard="custom"))
+    assert abs(found.value - 0.05) > 1e-5
+
+
+def test_options_that_have_no_meaning_are_refused(tmp_path):
+    with pytest.raises(SpecificationError, match="arc"):
+        write_references(tmp_path, "position", 0.05, arc=1.0)
+    with pytest.raises(SpecificationError, match="choose one of"):
+        datum_reference_set("symmetry", 0.05)
