@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from cadskin.cad._jit import kernel
+from cadskin._jit import kernel
 
 __all__ = ["CONE", "CYLINDER", "PLANE", "SPHERE", "TORUS", "evaluate_elementary"]
 

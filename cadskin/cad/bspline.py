@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from cadskin._jit import kernel
 from cadskin._typing import Floats
-from cadskin.cad._jit import kernel
 
 __all__ = ["Nurbs", "nurbs_of_curve", "nurbs_of_surface"]
 

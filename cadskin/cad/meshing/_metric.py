@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from cadskin.cad._jit import kernel
+from cadskin._jit import kernel
 
 __all__ = ["cotangent", "metric_at", "metric_length", "orientation", "shape_quality"]
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from cadskin.cad._jit import kernel
+from cadskin._jit import kernel
 from cadskin.cad.meshing._metric import orientation
 
 __all__ = ["flip_in_space", "measure", "node_normals"]

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from cadskin._jit import kernel
 from cadskin._typing import Floats, Ints, Points, Triangles
-from cadskin.cad._jit import kernel
 
 __all__ = ["MeshReport", "check_mesh", "face_areas", "half_edge_twins", "mesh_volume"]
 

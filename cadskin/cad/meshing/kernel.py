@@ -12,10 +12,13 @@ from typing import Any
 
 import numpy as np
 
+from cadskin._jit import kernel
 from cadskin._typing import Floats
-from cadskin.cad._jit import kernel
-from cadskin.cad.meshing._moves import collapse_short, delaunay_flips, split_long
-from cadskin.cad.meshing._smoothing import even_valence, grade, improve_shape, smooth
+from cadskin.cad.meshing._collapses import collapse_short
+from cadskin.cad.meshing._flips import delaunay_flips, even_valence
+from cadskin.cad.meshing._shapes import improve_shape
+from cadskin.cad.meshing._smoothing import grade, smooth
+from cadskin.cad.meshing._splits import split_long
 
 __all__ = ["Metric", "is_compiled", "remesh", "warm"]
 

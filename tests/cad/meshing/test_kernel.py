@@ -7,7 +7,8 @@ import pytest
 from scipy.spatial import Delaunay
 
 from cadskin.cad.meshing import kernel
-from cadskin.cad.meshing._moves import flip, split
+from cadskin.cad.meshing._flips import flip
+from cadskin.cad.meshing._splits import split
 from cadskin.cad.meshing.check import BOUNDARY, half_edge_twins
 from cadskin.cad.meshing.kernel import Metric, remesh
 
