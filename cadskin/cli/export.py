@@ -40,7 +40,10 @@ def command(
     format: Format = None,
     json: Json = False,
 ) -> None:
-    """Write parts of a run as meshes; several get their numbers in the file names."""
+    """Write parts of a run as meshes.
+
+    Several get their numbers in the file names.
+    """
     from cadskin.export import open_run
 
     opened = open_run(run)

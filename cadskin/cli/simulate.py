@@ -90,9 +90,9 @@ def command(
     time_limit: TimeLimit = 300.0,
     json: Json = False,
 ) -> None:
-    """Simulate parts inside all their tolerances at once; a STEP file with PMI needs no further option.
+    """Simulate parts inside all their tolerances at once.
 
-    Part i depends on the seed and on i alone. The folder holds the specification, the nominal model, the
+    A STEP file with PMI needs no further option. Part i depends on the seed and on i alone. The folder holds the specification, the nominal model, the
     deviations and a table of all values; `cadskin verify RUN` evaluates it again, `cadskin export RUN` writes
     meshes.
     """

@@ -46,9 +46,9 @@ def command(
     part: Part = None,
     time_limit: TimeLimit = 300.0,
 ) -> int:
-    """Evaluate every tolerance on a made part; exit code 1 when it does not conform.
+    """Evaluate every tolerance on a made part.
 
-    The values are those of the points of the mesh. A tolerance that could not be evaluated is listed with the
+    The exit code is 1 when it does not conform. The values are those of the points of the mesh. A tolerance that could not be evaluated is listed with the
     reason, and the part then does not count as conforming.
     """
     from cadskin.cli._reading import discretise

@@ -40,7 +40,10 @@ def command(
     time_limit: TimeLimit = 300.0,
     json: Json = False,
 ) -> None:
-    """Find the part at the edge of its tolerances; datum features keep their nominal shape."""
+    """Find the part at the edge of its tolerances.
+
+    Datum features keep their nominal shape.
+    """
     from cadskin.cad import read_pmi
     from cadskin.conform.measures import measure as weights_of
     from cadskin.conform.worst import worst_part
