@@ -200,6 +200,25 @@ def plane_lines(
     return lines
 
 
+def plane_cuts(
+    part: MadePart, faces: Sequence[int], normal: Vectors, count: int
+) -> list[tuple[Points, Vectors]]:
+    """Return lines of faces in ``count`` section planes across ``normal``, each with that normal."""
+    heights, edges = part.surface.points @ normal, part.edges(faces)
+    used = heights[np.unique(edges)]
+    levels = float(used.min()) + float(np.ptp(used)) * np.linspace(0.05, 0.95, count)
+    lines = []
+    for level in levels:
+        rows, fraction = _crossings(heights, edges, float(level))
+        ends = part.surface.points[edges[rows]]
+        crossing = ends[:, 0] + fraction[:, None] * (ends[:, 1] - ends[:, 0])
+        if len(crossing) >= 3:
+            lines.append((crossing, np.asarray(normal)))
+    if not lines:
+        raise AssociationError("no section of the face holds three points; mesh it finer")
+    return lines
+
+
 def _crossings(values: Floats, edges: Ints, level: float) -> tuple[Ints, Floats]:
     """Return the edges that cross a level, and where along them (0 to 1)."""
     first, second = values[edges[:, 0]] - level, values[edges[:, 1]] - level

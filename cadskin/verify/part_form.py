@@ -11,7 +11,7 @@ from cadskin.errors import AssociationError, SpecificationError
 from cadskin.shape.association import Pose, associate, frame_about
 from cadskin.shape.ideal import Cone, Cylinder, Plane, Sphere, Torus
 from cadskin.verify.evaluation import Evaluation
-from cadskin.verify.extraction import axial_sections, meridian_sections, plane_lines
+from cadskin.verify.extraction import axial_sections, meridian_sections, plane_cuts, plane_lines
 from cadskin.verify.form import form
 from cadskin.verify.supported import form_parameter
 
@@ -42,7 +42,14 @@ def worst(found: list[Evaluation]) -> Evaluation:
     )
 
 
-def part_form(tolerance: Tolerance, part: MadePart, faces: tuple[int, ...], sections: int) -> Evaluation:
+def part_form(
+    tolerance: Tolerance,
+    part: MadePart,
+    faces: tuple[int, ...],
+    sections: int,
+    *,
+    section_normal: Vectors | None = None,
+) -> Evaluation:
     """Evaluate a form tolerance on one feature of a made part.
 
     Parameters
@@ -52,6 +59,8 @@ def part_form(tolerance: Tolerance, part: MadePart, faces: tuple[int, ...], sect
     part : MadePart
     faces : tuple of int
     sections : int
+    section_normal : (3,) float, optional
+        Normal of the sections of a plane, from its intersection plane; else they lie along its longer side.
 
     Raises
     ------
@@ -63,7 +72,7 @@ def part_form(tolerance: Tolerance, part: MadePart, faces: tuple[int, ...], sect
         return _derived_form(tolerance, part, faces, sections)
     parameter = form_parameter(tolerance)
     if kind == "straightness":
-        return _straightness(tolerance, part, faces, sections)
+        return _straightness(tolerance, part, faces, sections, section_normal)
     points = part.points(faces)
     if kind == "flatness" and isinstance(feature.ideal, Plane):
         return form(points, "flatness", axis=feature.faces[0].normal, parameter=parameter)
@@ -100,12 +109,20 @@ def _derived_form(tolerance: Tolerance, part: MadePart, faces: tuple[int, ...], 
     raise refusal(tolerance, feature)
 
 
-def _straightness(tolerance: Tolerance, part: MadePart, faces: tuple[int, ...], sections: int) -> Evaluation:
+def _straightness(
+    tolerance: Tolerance,
+    part: MadePart,
+    faces: tuple[int, ...],
+    sections: int,
+    section_normal: Vectors | None,
+) -> Evaluation:
     """Straightness of the surface lines of a round feature or of a plane."""
     feature, points = part.features(faces)[0], part.points(faces)
     notes: tuple[str, ...] = ()
     if isinstance(feature.ideal, Cylinder | Cone):
         lines = meridian_sections(part, faces, axis_pose(feature, points), sections)
+    elif isinstance(feature.ideal, Plane) and section_normal is not None:
+        lines = plane_cuts(part, faces, section_normal, sections)
     elif isinstance(feature.ideal, Plane):
         plane = associate(points, "plane", "least squares", axis=feature.faces[0].normal)
         along = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2][0]

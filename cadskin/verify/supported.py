@@ -21,6 +21,7 @@ _PARAMETERS = {
 }
 _ANYWHERE = ("COMMON_ZONE", "SEPARATE_ZONE", "FREE_STATE", "UNITED_FEATURE")
 _TANGENT = ("TANGENT_PLANE", "ASSOCIATED_TANGENT_FEATURE")
+_INDICATORS = {"straightness": ("intersection_plane", "collection_plane")}
 _DATUM = ("MAXIMUM_MATERIAL_REQUIREMENT", "LEAST_MATERIAL_REQUIREMENT", "ORIENTATION", "FREE_STATE")
 
 
@@ -49,6 +50,11 @@ def refuse_unknown(tolerance: Tolerance) -> None:
         found.append("an unequally disposed zone")
     if zone.shape == "spherical_diameter" and tolerance.type != "position":
         found.append("a spherical zone")
+    found += [
+        f"a {indicator.kind.replace('_', ' ')}"
+        for indicator in tolerance.indicators
+        if indicator.kind not in _INDICATORS.get(tolerance.type, ("collection_plane",))
+    ]
     for reference in tolerance.datums.references:
         words = [*reference.modifiers, *(word for one in reference.element_modifiers for word in one)]
         found += [

@@ -7,6 +7,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from cadskin.errors import SpecificationError
+from cadskin.shape.association import associate
+from cadskin.shape.ideal import Plane
+from cadskin.spec.indicators import section_normal
 from cadskin.verify.evaluation import Evaluation
 from cadskin.verify.mobility import with_mobility
 from cadskin.verify.part_datums import Placement, mobile_references, placement
@@ -16,6 +19,7 @@ from cadskin.verify.part_zones import part_location, part_orientation, part_prof
 from cadskin.verify.supported import is_lower_segment, refuse_unknown
 
 if TYPE_CHECKING:
+    from cadskin._typing import Vectors
     from cadskin.spec import Specification, Tolerance
     from cadskin.verify.datums import Standard
     from cadskin.verify.extraction import MadePart
@@ -68,7 +72,13 @@ def evaluate(
     group = tolerance.characteristic.group
     is_median = tolerance.feature.derived == "axis" or tolerance.zone.shape == "diameter"
     if group == "form":
-        found = worst([part_form(tolerance, part, faces, sections) for faces in members])
+        normals = [_section_normal(tolerance, faces, part, spec, standard) for faces in members]
+        found = worst(
+            [
+                part_form(tolerance, part, faces, sections, section_normal=normal)
+                for faces, normal in zip(members, normals, strict=True)
+            ]
+        )
         place = Placement.everywhere()
         each: list[Members] = [(faces,) for faces in members]
     else:
@@ -82,6 +92,28 @@ def evaluate(
             "derived feature of a cylinder it is"
         )
     return with_material(found, tolerance, part, spec, place, each)
+
+
+def _section_normal(
+    tolerance: Tolerance,
+    faces: tuple[int, ...],
+    part: MadePart,
+    spec: Specification,
+    standard: Standard,
+) -> Vectors | None:
+    """Return the normal of the sections that the intersection plane of a plane asks for."""
+    feature = part.features(faces)[0]
+    cutting = [item for item in tolerance.indicators if item.kind == "intersection_plane"]
+    if not cutting or not isinstance(feature.ideal, Plane):
+        return None
+    normal = associate(part.points(faces), "plane", "least squares", axis=feature.faces[0].normal).pose.axis
+    if cutting[0].direction is not None:
+        return section_normal(cutting[0], normal)
+    datum = placement(part, replace(tolerance, datums=cutting[0].datums), spec, standard).actual
+    if datum is None:
+        return None
+    first = datum.datums[0]
+    return section_normal(cutting[0], normal, first.direction, is_axis=first.kind == "cylinder")
 
 
 def _members(tolerance: Tolerance, part: MadePart) -> Members:

@@ -272,6 +272,26 @@ def test_straightness_per_length(array_box):
     assert found["straightness-2"].value == pytest.approx(curve * 15**2 / 4, rel=0.1)
 
 
+def test_intersection_plane_says_which_lines(array_box):
+    """A roof bent along y only: lines along x are straight, lines along y are bent by the whole bow."""
+    points = np.array(array_box.surface.points)
+    top = np.isclose(points[:, 2], 10.0)
+    points[top, 2] += 0.02 * (1 - (points[top, 1] / 20) ** 2)
+    spec = Specification(
+        straightness(5, 0.03, intersection_plane="parallel B"),
+        straightness(5, 0.03, intersection_plane="perpendicular B"),
+        straightness(5, 0.03),
+        parallelism(5, 0.03, datums="B", orientation_plane="parallel B", id="turned"),
+        datums={"B": 3},
+        checked=False,
+    )
+    found = verify(array_box.surface.with_points(points), spec, nominal=array_box)
+    assert found["straightness-1"].value == pytest.approx(0.0, abs=1e-9)
+    assert found["straightness-2"].value == pytest.approx(0.02, rel=2e-2)
+    assert found["straightness-3"].value == pytest.approx(0.0, abs=1e-9)  # the longer side is x
+    assert "orientation plane" in dict(found.unresolved)["turned"]
+
+
 def test_worst_length_is_found():
     """A bump of 0.02 within 10 mm of a straight line 100 mm long."""
     x = np.linspace(0, 100, 201)
