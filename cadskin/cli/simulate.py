@@ -92,7 +92,9 @@ def command(
 ) -> None:
     """Simulate parts inside all their tolerances at once.
 
-    A STEP file with PMI needs no further option. Part i depends on the seed and on i alone. The folder holds the specification, the nominal model, the
+    A STEP file with PMI needs no further option.
+
+    Part i depends on the seed and on i alone. The folder holds the specification, the nominal model, the
     deviations and a table of all values; `cadskin verify RUN` evaluates it again, `cadskin export RUN` writes
     meshes.
     """

@@ -48,7 +48,9 @@ def command(
 ) -> int:
     """Evaluate every tolerance on a made part.
 
-    The exit code is 1 when it does not conform. The values are those of the points of the mesh. A tolerance that could not be evaluated is listed with the
+    The exit code is 1 when it does not conform.
+
+    The values are those of the points of the mesh. A tolerance that could not be evaluated is listed with the
     reason, and the part then does not count as conforming.
     """
     from cadskin.cli._reading import discretise
@@ -99,6 +101,7 @@ def command(
             nominal=nominal,
             standard=cast("Standard", standard),
             sections=sections,
+            sizes=True,
             progress=progress,
         )
     table = cast("Verification", found)
