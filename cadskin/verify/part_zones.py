@@ -177,8 +177,8 @@ def profile_parts(
     """Return the nominal surfaces in the datum frame, each with its points."""
     if tolerance.type == "line_profile":
         raise SpecificationError(
-            f"tolerance {tolerance.id}: a line profile needs an intersection plane, which "
-            "specifications do not hold yet"
+            f"tolerance {tolerance.id}: a line profile is not supported on parts "
+            "yet; evaluate its points as a case"
         )
     offset = 0.0 if tolerance.value is None else tolerance.zone.offset(tolerance.value)
     parts = []

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from cadskin.errors import CadskinError, SpecificationError
 from cadskin.verify.evaluation import Evaluation, plain
 from cadskin.verify.extraction import MadePart
 from cadskin.verify.general import bound_to, with_general
+from cadskin.verify.part_size import evaluate_size, has_size_limits
 from cadskin.verify.tolerances import evaluate
 
 if TYPE_CHECKING:
@@ -149,6 +150,7 @@ def verify(
     nominal: NominalModel | None = None,
     standard: Standard = "ISO 5459:2011",
     sections: int = 15,
+    sizes: bool = False,
     progress: Progress | None = None,
 ) -> Verification | EnsembleVerification:
     """Evaluate every tolerance of a specification.
@@ -164,6 +166,9 @@ def verify(
         Of the datum associations.
     sections : int
         Sections, surface lines or circles of a feature.
+    sizes : bool
+        Also evaluate the sizes with limits of the specification (one part, not a population): local two-point
+        sizes of cylinders.
     progress : callable, optional
 
     Returns
@@ -183,9 +188,23 @@ def verify(
         raise SpecificationError("a mesh is verified against a nominal model; give nominal=")
     bound = with_general(bound_to(spec, model), model)
     if isinstance(actual, SkinEnsemble):
+        if sizes:
+            raise SpecificationError("sizes are evaluated part by part; verify(skin, spec, sizes=True)")
         return _verify_all(actual, bound, standard, sections, progress)
     surface = actual.surface if isinstance(actual, SkinModel) else actual
-    return _verify_one(MadePart(surface, model), bound, standard, sections, progress)
+    part = MadePart(surface, model)
+    found = _verify_one(part, bound, standard, sections, progress)
+    return _with_sizes(found, part, bound, sections) if sizes else found
+
+
+def _with_sizes(found: Verification, part: MadePart, spec: Specification, sections: int) -> Verification:
+    evaluations, unresolved = list(found.evaluations), list(found.unresolved)
+    for dimension in filter(has_size_limits, spec.dimensions):
+        try:
+            evaluations.append((dimension.id, evaluate_size(dimension, part, sections=sections)))
+        except CadskinError as error:
+            unresolved.append((dimension.id, str(error)))
+    return replace(found, evaluations=tuple(evaluations), unresolved=tuple(unresolved))
 
 
 def _verify_one(

@@ -385,3 +385,29 @@ def test_ensemble_takes_the_verdict_of_the_boundary(array_shaft):
     )
     found = verify(SkinEnsemble(array_shaft, fields), spec)
     assert found.conforming.tolist() == [True, False]
+
+
+def test_sizes_of_a_barrel(array_shaft):
+    """Radius 10 + 0.04 (1 - ((z - 20) / 20)^2), oval by 0.01: sizes up to 20.1 in the middle."""
+    points = np.array(array_shaft.surface.points)
+    angle, radius = np.arctan2(points[:, 1], points[:, 0]), np.linalg.norm(points[:, :2], axis=1)
+    grow = 0.04 * (1 - ((points[:, 2] - 20) / 20) ** 2) + 0.01 * np.cos(2 * angle)
+    points[:, :2] *= (1 + grow * (radius > 9) / np.maximum(radius, 1))[:, None]
+    made = array_shaft.surface.with_points(points)
+
+    def found(lower, upper):
+        spec = Specification(
+            roundness(0, 0.1), dimensions=[size(0, 20.0, (lower, upper), id="d")], checked=False
+        )
+        return verify(made, spec, nominal=array_shaft, sizes=True, sections=41)
+
+    good = found(-0.05, 0.2)["d"]
+    assert good.details["largest"] == pytest.approx(20.1, abs=2e-3)
+    # The first section is at 5 % of the length.
+    assert good.details["smallest"] == pytest.approx(20 + 0.08 * (1 - 0.9**2) - 0.02, abs=2e-3)
+    assert good.ok
+    assert found(-0.05, 0.08)["d"].ok is False
+    assert found(0.05, 0.2)["d"].ok is False
+    assert not found(0.05, 0.2).conforming
+    plain = Specification(roundness(0, 0.1), dimensions=[size(2, 40.0, (-1, 1), id="length")], checked=False)
+    assert "cylinders" in verify(made, plain, nominal=array_shaft, sizes=True).unresolved[0][1]
