@@ -21,6 +21,7 @@ from OCP.BRepTools import BRepTools
 
 from cadskin.cad.meshing import mesh_shape
 from cadskin.cad.meshing.kernel import warm
+from cadskin.shape.check import triangle_quality
 
 
 def make_part():
@@ -32,19 +33,11 @@ def make_part():
     return plate.faces("<Z").edges().fillet(0.5).val().wrapped
 
 
-def quality(points, triangles):
-    """Return 4 sqrt(3) area / (sum of squared sides) of each triangle."""
-    corners = points[triangles]
-    sides = np.roll(corners, -1, axis=1) - corners
-    area = 0.5 * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
-    return 4.0 * np.sqrt(3.0) * area / (sides**2).sum(axis=(1, 2))
-
-
 def run_ours(shape, edge_length):
     started = time.process_time()
     mesh = mesh_shape(shape, edge_length=edge_length)
     spent = time.process_time() - started
-    return len(mesh.triangles), spent, quality(mesh.points, mesh.triangles)
+    return len(mesh.triangles), spent, triangle_quality(mesh.points, mesh.triangles)
 
 
 def run_gmsh(shape, edge_length, algorithm=6):
@@ -75,7 +68,7 @@ def run_gmsh(shape, edge_length, algorithm=6):
     rows = np.zeros(int(tags.max()) + 1, dtype=np.int64)
     rows[tags.astype(np.int64)] = np.arange(len(tags))
     triangles = rows[nodes.astype(np.int64)].reshape(-1, 3)
-    return len(triangles), spent, quality(coordinates.reshape(-1, 3), triangles)
+    return len(triangles), spent, triangle_quality(coordinates.reshape(-1, 3), triangles)
 
 
 def run_occt(shape, edge_length):
@@ -88,7 +81,7 @@ def run_occt(shape, edge_length):
     return (
         len(triangles),
         spent,
-        quality(np.array([p.toTuple() for p in points]), np.array(triangles)),
+        triangle_quality(np.array([p.toTuple() for p in points]), np.array(triangles)),
     )
 
 

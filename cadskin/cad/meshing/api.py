@@ -12,7 +12,7 @@ import numpy as np
 
 from cadskin._typing import Floats, Progress
 from cadskin.cad.meshing.build import Part, build, read_part, slack
-from cadskin.cad.meshing.check import MeshReport, check_mesh
+from cadskin.cad.meshing.check import Faults, find_faults
 from cadskin.cad.meshing.exact import box_diagonal
 from cadskin.cad.meshing.result import LabelledMesh
 from cadskin.cad.meshing.wedges import face_wedges
@@ -205,7 +205,7 @@ def _mesh_part(
 ) -> LabelledMesh:
     assembly, meshes, notes = build(part, lengths, deadline=deadline, progress=progress)
     wedges = face_wedges(assembly, meshes)
-    found = check_mesh(assembly.points, assembly.triangles, assembly.face_ids)
+    found = find_faults(assembly.points, assembly.triangles, assembly.face_ids)
     topology = part.topology
     failed = {mesh.index for mesh in meshes if mesh.problem is not None}
     failed |= set(range(len(part.surfaces))) - {mesh.index for mesh in meshes} - set(topology.skipped)
@@ -227,7 +227,7 @@ def _mesh_part(
     )
 
 
-def _notes_of(part: Part, lengths: Floats, meshes: Any, found: MeshReport) -> list[str]:
+def _notes_of(part: Part, lengths: Floats, meshes: Any, found: Faults) -> list[str]:
     notes = [
         f"face {mesh.index}: {mesh.domain.reprojected} boundary points projected onto the surface, its "
         "parameter curves disagree with its edges"
@@ -265,7 +265,7 @@ def _notes_of(part: Part, lengths: Floats, meshes: Any, found: MeshReport) -> li
 def _refuse_open(mesh: LabelledMesh, part: Part, allow_open: bool) -> None:
     if mesh.closed or allow_open:
         return
-    found = check_mesh(mesh.points, mesh.triangles, mesh.face_ids)
+    found = find_faults(mesh.points, mesh.triangles, mesh.face_ids)
     if not part.topology.is_solid and found.manifold:
         return
     faces = sorted({*found.open_faces, *found.bad_faces, *mesh.failed_faces})

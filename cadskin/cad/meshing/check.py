@@ -1,4 +1,8 @@
-"""Checks of a triangle mesh: closed, 2-manifold, vertex-manifold, consistently oriented."""
+"""What keeps a mesh from being closed, told by B-rep face, and the half-edges that the mesher works with.
+
+`cadskin.shape.check` proves any mesh and lists its faults; here they are counted in linear time, because the
+mesher asks after each weld, and belong to faces of the shape.
+"""
 
 from __future__ import annotations
 
@@ -9,14 +13,15 @@ import numpy as np
 
 from cadskin._jit import kernel
 from cadskin._typing import Floats, Ints, Points, Triangles
+from cadskin.shape.discrete import triangle_normals
 
-__all__ = ["MeshReport", "check_mesh", "face_areas", "half_edge_twins", "mesh_volume"]
+__all__ = ["Faults", "face_areas", "find_faults", "half_edge_twins", "mesh_volume"]
 
 BOUNDARY, CROWDED = -1, -2
 
 
 @dataclass(frozen=True)
-class MeshReport:
+class Faults:
     """What is wrong with a mesh, by count.
 
     Parameters
@@ -121,13 +126,13 @@ def count_fans(triangles: Any, twin: Any, n_points: int, fan_of: Any) -> Any:
     return fans
 
 
-def check_mesh(points: Points, triangles: Triangles, face_ids: Ints) -> MeshReport:
+def find_faults(points: Points, triangles: Triangles, face_ids: Ints) -> Faults:
     """Count what keeps a mesh from being a closed 2-manifold.
 
     Examples
     --------
     >>> tet = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
-    >>> check_mesh(np.zeros((4, 3)), tet, np.arange(4)).closed
+    >>> find_faults(np.zeros((4, 3)), tet, np.arange(4)).closed
     True
     """
     twin = half_edge_twins(triangles, len(points))
@@ -138,7 +143,7 @@ def check_mesh(points: Points, triangles: Triangles, face_ids: Ints) -> MeshRepo
     if len(pinched):
         crowded |= np.isin(triangles, pinched).any(axis=1)
     open_ = (by_triangle == BOUNDARY).any(axis=1)
-    return MeshReport(
+    return Faults(
         open_edges=int((twin == BOUNDARY).sum()),
         crowded_edges=int((twin == CROWDED).sum()),
         pinched_vertices=len(pinched),
@@ -149,9 +154,7 @@ def check_mesh(points: Points, triangles: Triangles, face_ids: Ints) -> MeshRepo
 
 def face_areas(points: Points, triangles: Triangles, face_ids: Ints, n_faces: int) -> Floats:
     """Return the area of the triangles of each face (n_faces,) [mm²]."""
-    corners = points[triangles]
-    doubled = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    areas = 0.5 * np.linalg.norm(doubled, axis=1)
+    areas = 0.5 * np.linalg.norm(triangle_normals(points, triangles, unit=False), axis=1)
     return np.asarray(np.bincount(face_ids, weights=areas, minlength=n_faces), dtype=np.float64)
 
 

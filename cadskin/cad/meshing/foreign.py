@@ -10,7 +10,7 @@ import numpy as np
 from cadskin._typing import Floats, Ints, Points, Triangles
 from cadskin.cad.meshing.assemble import Assembly
 from cadskin.cad.meshing.build import Part
-from cadskin.cad.meshing.check import check_mesh
+from cadskin.cad.meshing.check import find_faults
 from cadskin.cad.meshing.domain import Domain, project_onto
 from cadskin.cad.meshing.face import FaceMesh
 from cadskin.cad.meshing.result import LabelledMesh
@@ -66,7 +66,7 @@ def labelled_from(part: Part, mesh: ForeignMesh, notes: Sequence[str]) -> Labell
             triangles[rows] = triangles[rows, ::-1]
     assembly = Assembly(points, triangles, mesh.face_ids, np.arange(len(triangles)), tuple(node_ids))
     wedges = face_wedges(assembly, meshes)
-    found = check_mesh(points, triangles, mesh.face_ids)
+    found = find_faults(points, triangles, mesh.face_ids)
     missing = set(range(len(part.surfaces))) - {m.index for m in meshes} - set(part.topology.skipped)
     return LabelledMesh(
         points=points,

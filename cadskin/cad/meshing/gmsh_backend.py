@@ -22,7 +22,7 @@ from OCP.BRepTools import BRepTools
 
 from cadskin._typing import Floats, Ints, Points, Triangles
 from cadskin.cad.meshing.build import Part
-from cadskin.cad.meshing.check import check_mesh, face_areas
+from cadskin.cad.meshing.check import face_areas, find_faults
 from cadskin.cad.meshing.exact import face_properties
 from cadskin.cad.meshing.foreign import ForeignMesh, labelled_from
 from cadskin.cad.meshing.result import LabelledMesh
@@ -110,7 +110,7 @@ def _prove(part: Part, mesh: ForeignMesh) -> None:
     """Check that the mesh is a manifold and that its labels are our faces, by area and centre of area."""
     if not len(mesh.triangles):
         raise MeshingError("no triangles")
-    found = check_mesh(mesh.points, mesh.triangles, mesh.face_ids)
+    found = find_faults(mesh.points, mesh.triangles, mesh.face_ids)
     if not (found.closed or (found.manifold and not part.topology.is_solid)):
         raise MeshingError(
             f"{found.open_edges} open edges, {found.crowded_edges} crowded half-edges, "

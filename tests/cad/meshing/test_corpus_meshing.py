@@ -1,4 +1,4 @@
-"""Real files: every valid solid is closed at two edge lengths, its faces have their areas."""
+"""Real files: every valid solid is closed at two edge lengths, its faces have their areas, its wedges agree."""
 
 import os
 from pathlib import Path
@@ -7,12 +7,14 @@ import numpy as np
 import pytest
 import trimesh
 from OCP.STEPControl import STEPControl_Reader
+from support.wedges import assert_wedges_agree_with_the_mesh
 
 from cadskin.cad._occ import is_valid, solids_of
 from cadskin.cad.meshing import mesh_shape
 from cadskin.cad.meshing.build import read_part
 from cadskin.cad.meshing.check import face_areas
 from cadskin.cad.meshing.exact import box_diagonal
+from cadskin.shape.check import triangle_quality
 
 CORPUS = Path(os.environ.get("CADSKIN_CORPUS", Path(__file__).parents[4] / "shared" / "corpus"))
 FILES = sorted((CORPUS / "step").glob("*.st*p")) if CORPUS.is_dir() else []
@@ -45,6 +47,7 @@ def test_every_valid_solid_is_closed(solids, per_diagonal):
         assert other.is_watertight
         assert other.is_winding_consistent
         assert not mesh.failed_faces
+        assert_wedges_agree_with_the_mesh(mesh)
 
 
 def test_areas_and_volumes_are_those_of_the_file(solids):
@@ -56,8 +59,5 @@ def test_areas_and_volumes_are_those_of_the_file(solids):
         assert (np.abs(found - part.areas) <= 0.02 * part.areas + open_area).all()
         volume = trimesh.Trimesh(mesh.points, mesh.triangles, process=False).volume
         assert volume == pytest.approx(part.volume, rel=0.01)
-        corners = mesh.points[mesh.triangles]
-        sides = np.roll(corners, -1, axis=1) - corners
-        area = 0.5 * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
-        quality = 4 * np.sqrt(3) * area / (sides**2).sum(axis=(1, 2))
+        quality = triangle_quality(mesh.points, mesh.triangles)
         assert np.median(quality) > 0.979

@@ -9,6 +9,7 @@ from cadskin.cad.meshing import mesh_shape
 from cadskin.cad.meshing.check import face_areas
 from cadskin.cad.meshing.exact import face_properties, shape_volume
 from cadskin.errors import Cancelled, GeometryError, MeshingError
+from cadskin.shape.check import triangle_quality
 
 PARTS = {
     "plate_with_hole": lambda: cq.Workplane().box(30, 20, 10).faces(">Z").workplane().hole(6),
@@ -118,10 +119,7 @@ def test_vertices_lie_on_their_surfaces(part):
 
 def test_triangles_are_good(part):
     _, mesh = part
-    corners = mesh.points[mesh.triangles]
-    sides = np.roll(corners, -1, axis=1) - corners
-    area = 0.5 * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
-    quality = 4 * np.sqrt(3) * area / (sides**2).sum(axis=(1, 2))
+    quality = triangle_quality(mesh.points, mesh.triangles)
     assert np.median(quality) > 0.96
     assert quality.min() > 0.2
 
