@@ -1,4 +1,4 @@
-"""Real files: every valid solid is closed at two edge lengths, its faces have their areas, its wedges agree."""
+"""Real files: every valid solid is closed at two edge lengths, its faces have their areas, its wedges fit."""
 
 import os
 from pathlib import Path
