@@ -16,6 +16,10 @@ NUMBERS = {
     "01_cadquery_plate": (0.05 - 1e-6, 0.05 + 1e-6),  # the paraboloid's height, mm
     "02_build123d_bracket": (0.98, 1.02),  # Steiner: volume over area times offset
     "03_step_to_skin": (0.25, 1.0),  # greatest deviation over half the tolerance: used, never exceeded
+    "20_systematic_forms": (16, 16),  # models in the gallery
+    "21_random_fields": (12, 12),
+    "22_processes_and_data": (15, 15),
+    "23_paper_gibbs": (1.1, 2.0),  # split R-hat of 32 chains: not converged after the paper's 1000 sweeps
     "10_pmi_cadquery": (4, 4),  # tolerances that come back from AP242 as they were written
     "11_pmi_build123d": (8, 8),  # members of a pattern of four holes, in two segments
     "70_learn_from_ten_parts": (0.1, 0.7),  # error after six probed points over that of the mean alone
@@ -59,7 +63,7 @@ def test_example_parts_are_what_their_script_makes():
     import cadquery as cq
 
     made = runpy.run_path(str(FOLDER / "parts" / "make_parts.py"))
-    for name in ("bracket", "plate", "flange"):
+    for name in ("bracket", "plate", "flange", "gallery"):
         shipped = cq.importers.importStep(str(FOLDER / "parts" / f"{name}.step")).val()
         assert shipped.Volume() == pytest.approx(made[name]().val().Volume(), rel=1e-9), name
     hinge = cq.importers.importStep(str(FOLDER / "parts" / "hinge.step")).val()

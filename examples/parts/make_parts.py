@@ -43,10 +43,18 @@ def hinge() -> cq.Assembly:
     return both
 
 
+def gallery() -> cq.Workplane:
+    """Return a block with a freeform top on the left, a plane on the right and a boss on it."""
+    outline = cq.Workplane("XZ", origin=(0, 25, 0)).moveTo(-40, 0).lineTo(40, 0).lineTo(40, 10).lineTo(0, 10)
+    waves = [(-12, 15), (-26, 9), (-40, 13)]
+    body = outline.spline(waves, includeCurrent=True).close().extrude(50)
+    return body.union(cq.Workplane(origin=(20, 0, 10)).circle(10).extrude(15))
+
+
 def main() -> int:
     """Write all parts; return the number of their faces."""
     faces = 0
-    for make in (bracket, plate, flange, hinge):
+    for make in (bracket, plate, flange, hinge, gallery):
         made = make()
         named = made if isinstance(made, cq.Assembly) else cq.Assembly(made, name=make.__name__)
         path = FOLDER / f"{make.__name__}.step"
