@@ -170,10 +170,10 @@ if TYPE_CHECKING:
     from cadskin.deviation import morph as morph
     from cadskin.errors import CadskinError as CadskinError
     from cadskin.errors import CadskinWarning as CadskinWarning
-    from cadskin.export import to_meshio as to_meshio
-    from cadskin.export import to_trimesh as to_trimesh
     from cadskin.export import open_run as open_run
     from cadskin.export import simulate_run as simulate_run
+    from cadskin.export import to_meshio as to_meshio
+    from cadskin.export import to_trimesh as to_trimesh
     from cadskin.export import write as write
     from cadskin.shape import DiscreteShape as DiscreteShape
     from cadskin.shape import Face as Face
