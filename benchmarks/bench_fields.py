@@ -3,6 +3,7 @@
 One thread, CPU seconds, noise included, both sides write into an array that is already there. Run
 
     python benchmarks/bench_fields.py
+    python benchmarks/bench_fields.py --gstools     # also one field of GSTools (1000 modes), where installed
 """
 
 from __future__ import annotations
@@ -64,10 +65,30 @@ def best(work: Callable[..., object], *arguments: object, repeats: int = 3) -> f
     return min(times)
 
 
+def gstools_time(part: NominalModel, label: str) -> float | None:
+    """CPU time of one field of GSTools with the same law; None for laws that it is not asked for."""
+    import gstools
+
+    laws = {
+        "SE l=12": gstools.Gaussian(dim=2, len_scale=12 * np.sqrt(2.0), rescale=1.0),
+        "Matern 5/2 l=12": gstools.Matern(dim=2, len_scale=12, nu=2.5, rescale=1.0),
+        "Matern 3/2 l=12": gstools.Matern(dim=2, len_scale=12, nu=1.5, rescale=1.0),
+    }
+    if label not in laws:
+        return None
+    x, y = part.surface.points[:, :2].T
+    generator = gstools.SRF(laws[label], seed=1)
+    generator((x[:100], y[:100]))
+    start = time.process_time()
+    generator((x, y), seed=2)
+    return time.process_time() - start
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--points", type=int, nargs="+", default=[2_400, 10_000, 100_000])
     parser.add_argument("--samples", type=int, default=64)
+    parser.add_argument("--gstools", action="store_true")
     arguments = parser.parse_args()
     models = {
         "white": WhiteNoise(0.01),
@@ -98,6 +119,9 @@ def main() -> None:
                 f"  {label:18s} set-up {setup:7.3f} s, {each * 1e3:8.4f} ms per sample, "
                 f"{reference / each:5.2f} x numpy's white noise; {'; '.join(sampler.notes)}"
             )
+            theirs = gstools_time(part, label) if arguments.gstools else None
+            if theirs is not None:
+                print(f"  {'':18s} GSTools {theirs * 1e3:.1f} ms, {theirs / each:.0f} times as long")
     for label, rows in history.items():
         if len(rows) > 1:
             points, setups, times = np.log(np.array(rows)).T

@@ -95,8 +95,8 @@ class FromScan(DeviationModel):
         if uncovered:
             raise DeviationError(
                 f"FromScan: the scan does not cover {uncovered} of {feature.n_points} samples of "
-                f"{feature.name} (reach {self.reach:.4g} mm, {radius:.4g} mm around the normal); restrict the "
-                "model with .on(...), register the scan, or raise reach"
+                f"{feature.name} (reach {self.reach:.4g} mm, {radius:.4g} mm around the normal); restrict "
+                "the model with .on(...), register the scan, or raise reach"
             )
         return values
 
