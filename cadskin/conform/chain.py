@@ -46,7 +46,7 @@ class Setup:
     joint_tries : int
         Attempts at a whole cluster before its blocks are drawn in turn.
     sweeps, slice_steps : int
-        Length of the chains.
+        Length of the chains; slice sampling makes twice as many steps for every halving of its start.
     """
 
     nominal: NominalModel
@@ -58,7 +58,7 @@ class Setup:
     max_tries: int = 200
     joint_tries: int = 20
     sweeps: int = 6
-    slice_steps: int = 40
+    slice_steps: int = 60
 
 
 @dataclass
@@ -101,12 +101,14 @@ class Chain:
     setup : Setup
     seed : SeedSequence
         Of the sample: everything that happens depends on it alone.
+    first : (k, n_c) float, optional
+        Its first fields, where they were drawn with those of other samples; see `first_fields`.
     """
 
-    def __init__(self, setup: Setup, seed: np.random.SeedSequence) -> None:
+    def __init__(self, setup: Setup, seed: np.random.SeedSequence, first: Floats | None = None) -> None:
         self.setup = setup
         self.deviation = np.zeros(setup.nominal.n_samples)
-        self.fields = BlockFields(setup.samplers, seed)
+        self.fields = BlockFields(setup.samplers, seed, first)
         self.tally = Tally()
         self._rng = self.fields.generator(0)
         self._part: MadePart | None = None
@@ -208,18 +210,37 @@ class Chain:
             self._targets[key] = item.policy.draw(self.fields.generator(1 + len(self._targets)))
         return self._targets[key]
 
-    def shrink(self, blocks: Iterable[int], items: tuple[Requirement, ...]) -> bool:
-        """Halve the distance of blocks from the mean until the requirements are met."""
+    def shrink(self, blocks: Iterable[int], items: tuple[Requirement, ...], *, rigid: bool = False) -> int:
+        """Halve the distance of blocks from the mean until the requirements are met; return how often.
+
+        Parameters
+        ----------
+        blocks : iterable of int
+        items : tuple of Requirement
+        rigid : bool
+            Keep the rigid motion of a block, which no tolerance without datums feels: the start of the chain
+            is then a typical one in these directions.
+
+        Returns
+        -------
+        int
+            -1 where the requirements cannot be met so, or the mean is not known.
+        """
         mean = self.setup.mean
         if mean is None:
-            return False
-        for _ in range(_SHRINKS):
+            return -1
+        rests = {}
+        for block in blocks:
+            middle = mean[self.setup.blocks.rows[block]]
+            away = self.block(block) - middle
+            kept = _rigid_part(self.setup, block, away) if rigid else np.zeros(len(away))
+            rests[block] = (middle + kept, away - kept)
+        for times in range(_SHRINKS):
             if self.meets_all(items):
-                return True
-            for block in blocks:
-                middle = mean[self.setup.blocks.rows[block]]
-                self.put(block, middle + 0.5 * (self.block(block) - middle))
-        return self.meets_all(items)
+                return times
+            for block, (middle, rest) in rests.items():
+                self.put(block, middle + 0.5 ** (times + 1) * rest)
+        return _SHRINKS if self.meets_all(items) else -1
 
     def slice(self, block: int, items: tuple[Requirement, ...]) -> None:
         """Move a block by one step of elliptical slice sampling within its requirements.
@@ -244,3 +265,14 @@ class Chain:
             low, high = (angle, high) if angle < 0 else (low, angle)
             angle = low + (high - low) * self._rng.random()
         self.put(block, middle + here)
+
+
+def _rigid_part(setup: Setup, block: int, away: Floats) -> Floats:
+    """Return the least-squares rigid motion in the deviations of a block (k,) [mm]."""
+    rows = setup.blocks.rows[block]
+    samples = setup.nominal.samples
+    points = setup.nominal.surface.points[samples.vertex_ids[rows]]
+    points = (points - points.mean(axis=0)) / max(setup.nominal.surface.diagonal, 1e-300)
+    normals = samples.normals[rows]
+    motions = np.concatenate([normals, np.cross(points, normals)], axis=1)
+    return np.asarray(motions @ np.linalg.lstsq(motions, away, rcond=1e-9)[0])

@@ -48,6 +48,9 @@ class FlatPlaces:
         They are equal to a part in 1e9 unless ``limit`` > 0 could be decided on earlier.
         """
         lower, upper = _exchange(self.places, heights, self.reference, limit)
+        decided = limit > 0.0 and (lower > limit or upper <= limit)
+        if not decided and upper - lower > 2 * _SLACK * upper:  # three of a reference on one line
+            lower = upper = _by_linear_program(self.places, heights)
         return float(lower), float(upper)
 
 
@@ -93,6 +96,26 @@ def _first_reference(flat: Floats) -> Ints:
     opposite = -np.sign(across[three]) * across
     opposite[[one, two, three]] = -np.inf
     return np.array([one, two, three, int(np.argmax(opposite))], dtype=np.int64)
+
+
+def _by_linear_program(places: Floats, heights: Floats) -> float:
+    """Return the flatness by a linear program over all points."""
+    from scipy.optimize import linprog
+
+    size = float(np.ptp(heights)) or 1.0
+    plane = np.column_stack([np.ones(len(places)), places])
+    tall = np.ones((len(places), 1))
+    found = linprog(
+        [0.0, 0.0, 0.0, 1.0],
+        A_ub=np.block([[plane, -tall], [-plane, -tall]]),
+        b_ub=np.concatenate([heights, -heights]) / size,
+        bounds=[(None, None)] * 4,
+        method="highs",
+        options={"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10},
+    )
+    if found.x is None:
+        raise AssociationError(f"the flatness of {len(places)} points was not found: {found.message}")
+    return float(2.0 * found.fun * size)
 
 
 @njit(cache=True)

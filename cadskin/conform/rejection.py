@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 __all__ = ["draw_cluster"]
 
+_MOST_HALVINGS = 6  # that lengthen a chain
+
 
 def draw_cluster(chain: Chain, cluster: Cluster) -> None:
     """Put deviations that meet all tolerances on the blocks of a cluster.
@@ -79,9 +81,11 @@ def _draw_block(chain: Chain, block: int, own: Sequence[Requirement]) -> None:
             chain.tally.samplers.add("rejection")
             return
     fitting = any(item.policy.method in ("target", "scale") for item in mine)
-    if fitting or not chain.shrink((block,), mine):
+    free = not any(item.tolerance.datums for item in mine)
+    halvings = -1 if fitting else chain.shrink((block,), mine, rigid=free)
+    if halvings < 0:
         raise ConformityError(_message(chain, mine, "fields of it"))
-    for _ in range(chain.setup.slice_steps):
+    for _ in range(chain.setup.slice_steps * 2 ** min(halvings, _MOST_HALVINGS)):
         chain.slice(block, mine)
     chain.tally.samplers.add("slice")
 
@@ -90,7 +94,7 @@ def _in_turn(chain: Chain, cluster: Cluster) -> None:
     """Draw the blocks in turn, each given all others, from a start that meets all tolerances."""
     for block in cluster.blocks:
         _draw_block(chain, block, cluster.own[block])
-    if not chain.shrink(cluster.blocks, cluster.requirements()):
+    if chain.shrink(cluster.blocks, cluster.requirements()) < 0:
         raise ConformityError(_message(chain, cluster.requirements(), "attempts at the whole"))
     for _ in range(chain.setup.sweeps):
         for block in cluster.blocks:

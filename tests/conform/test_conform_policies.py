@@ -65,6 +65,13 @@ def test_sample_depends_on_seed_and_number_alone(part):
     np.testing.assert_array_equal(one.deviation, many.deviations[0])
 
 
+def test_fields_drawn_together_are_the_same(part):
+    prepared = prepare_conforming(part, MODEL, Specification(flatness(TOP, 0.003)))
+    seeds = [child_seed(np.random.SeedSequence(3), i) for i in range(11)]
+    for made, seed in zip(prepared.draw_all(seeds), seeds, strict=True):
+        np.testing.assert_array_equal(made.deviation, prepared.draw(seed).deviation)
+
+
 def test_target_is_hit_to_rounding(part):
     spec = Specification(flatness(TOP, 0.02), parallelism(RIGHT, 0.03, datums="A"), datums={"A": LEFT})
     lot = simulate_conforming(

@@ -59,6 +59,15 @@ def test_is_a_norm_that_no_plane_changes(rows, slope, factor):
     assert upper <= np.ptp(values[:, 2]) + 1e-12
 
 
+def test_points_in_rows_of_three():
+    """Three places of every reference on one line: the exchange stops, and the linear program goes on."""
+    places = np.array([(0, 0), (0, 1), (1, 0), (2, 0), (2, -1)], dtype=float)
+    heights = np.array([0.0, 0.0, 1.0, 0.0, 0.0])
+    lower, upper = flatness_bounds(np.column_stack([places, np.zeros(5)]), UP, heights)
+    assert lower == pytest.approx(upper)
+    assert upper == pytest.approx(1.0)  # (0, 0), (1, 0), (2, 0): half of the hump on either side
+
+
 @pytest.mark.parametrize("share", [0.2, 0.9, 0.999, 1.001, 1.1, 5.0])
 def test_early_bounds_decide_as_the_value_does(share):
     rng = np.random.default_rng(1)

@@ -237,8 +237,8 @@ def _chunk(plan: _Plan, number: int, first: int, count: int, progress: Progress 
     deviations = np.zeros((count, plan.nominal.n_samples))
     values = np.zeros((count, len(names)))
     tallies: list[Tally] = []
-    for k in range(count):
-        made = plan.sampler.draw(child_seed(plan.seed, first + k))
+    seeds = [child_seed(plan.seed, first + k) for k in range(count)]
+    for k, made in enumerate(plan.sampler.draw_all(seeds)):
         if plan.check:
             check_skin(plan.nominal, made.deviation, label=f"part {first + k}")
         deviations[k] = made.deviation
