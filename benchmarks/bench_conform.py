@@ -2,7 +2,8 @@
 
 A 120 x 80 mm plane, squared exponential, length 12 mm, flatness 0.3 mm; sigma sets the acceptance. One
 thread, CPU seconds; the field is conditioned, not yet welded. "part" is the same through
-the whole chain: welded and evaluated on the mesh. GSTools (if it is installed) runs in the same process, with its default 1000 modes.
+the whole chain: welded and evaluated on the mesh. GSTools (if it
+is installed) runs in the same process, with its default 1000 modes.
 
     python benchmarks/bench_conform.py [--large]
 """

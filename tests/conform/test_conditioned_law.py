@@ -57,17 +57,24 @@ def test_form(part, plain_rejection, conformed, same_law, limit, low, high):
     assert all(one.tally.samplers == {"rejection"} for one in made)
 
 
-@pytest.mark.parametrize("sampler", ["rejection", "blocks in turn"])
-def test_orientation_and_form_with_a_datum(part, plain_rejection, conformed, same_law, sampler):
+@pytest.fixture(scope="module")
+def oriented(part, plain_rejection):
+    """A specification that couples three faces, and plain parts that meet it."""
     spec = Specification(
         flatness(BOTTOM, 0.006), parallelism(TOP, 0.016, datums="A"),
         perpendicularity(RIGHT, 0.009, datums="A"), datums={"A": BOTTOM},
     )  # fmt: skip
-    reference, share = plain_rejection(part, MODEL, spec, size=700, rng=3)
+    reference, share = plain_rejection(part, MODEL, spec, size=600, rng=3)
     assert 0.1 < share < 0.6
+    return spec, reference
+
+
+@pytest.mark.parametrize("sampler", ["rejection", "blocks in turn"])
+def test_orientation_and_form_with_a_datum(part, oriented, conformed, same_law, sampler):
+    spec, reference = oriented
     tries = 200 if sampler == "rejection" else 0
-    prepared = prepare_conforming(part, MODEL, spec, joint_tries=tries, sweeps=6)
-    fields, made = conformed(prepared, size=COUNT // 2, rng=4)
+    prepared = prepare_conforming(part, MODEL, spec, joint_tries=tries, sweeps=5)
+    fields, made = conformed(prepared, size=80, rng=4)
     assert all(sampler in one.tally.samplers for one in made)
     same_law(fields, reference, statistics(part, TOP, BOTTOM, RIGHT))
 
