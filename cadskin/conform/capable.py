@@ -31,6 +31,7 @@ _SIGMAS = 8.0  # standard deviations per tolerance: a fixed zone ends at four of
 _PILOTS = 8
 _ROUNDS = 3
 _BEYOND = 3.0  # mean + 3 standard deviations of a value stay within the limit
+_NOT_EVALUATED = 2.0  # excess of a tolerance that pilot parts are too bad to be evaluated for
 _SEED = np.random.SeedSequence(20130501)  # of the pilot parts: the model depends on part and spec alone
 
 
@@ -137,4 +138,7 @@ def _excess(
         ]
     ).reshape(_PILOTS, len(requirements))
     limits = np.array([item.limit for item in requirements])
-    return np.asarray((values.mean(axis=0) + _BEYOND * values.std(axis=0)) / limits)
+    evaluated = np.isfinite(values).all(axis=0)
+    finite = np.where(evaluated, values, 0.0)
+    used = (finite.mean(axis=0) + _BEYOND * finite.std(axis=0)) / limits
+    return np.where(evaluated, used, _NOT_EVALUATED)
