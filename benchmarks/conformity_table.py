@@ -104,7 +104,7 @@ def row_of(path: Path, count: int) -> Row:
     return Row(cells, remarks)
 
 
-def document(rows: list[Row], count: int) -> str:
+def document(rows: list[Row], count: int, total: int) -> str:
     lines = [
         "# Conformity",
         "",
@@ -114,6 +114,8 @@ def document(rows: list[Row], count: int) -> str:
         "Tolerances that are not supported, or not tied to faces, are named below the table. *Acceptance*",
         "is the share of attempts at features and groups of features that were kept; the default process",
         "is made for the tolerances, so it is high.",
+        "",
+        f"{len(rows)} of {total} files are done.",
         "",
         "| " + " | ".join(COLUMNS) + " |",
         "|" + "---|" * len(COLUMNS),
@@ -135,14 +137,15 @@ def main() -> None:
     request = parser.parse_args()
     warnings.simplefilter("ignore", CadskinWarning)
     rows = []
-    for path in corpus():
+    files = corpus()
+    for path in files:
         if request.names and not any(name in path.name for name in request.names):
             continue
         rows.append(row_of(path, request.count))
         print(" | ".join(rows[-1].cells), flush=True)
         for remark in rows[-1].remarks:
             print(f"    {remark}")
-        request.output.write_text(document(rows, request.count), encoding="utf-8")
+        request.output.write_text(document(rows, request.count, len(files)), encoding="utf-8")
 
 
 if __name__ == "__main__":
