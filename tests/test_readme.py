@@ -23,7 +23,8 @@ def blocks(language: str) -> list[str]:
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    shutil.copy(ROOT / "examples" / "parts" / "bracket.step", tmp_path)
+    for name in ("bracket.step", "bracket.spec.toml"):
+        shutil.copy(ROOT / "examples" / "parts" / name, tmp_path)
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
