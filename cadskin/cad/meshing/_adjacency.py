@@ -15,6 +15,7 @@ from typing import Any
 from cadskin._jit import kernel
 
 RING_SIZE = 64
+STILL = 0.01  # of the wanted size: a node that moves less sleeps until a neighbour moves
 
 
 @kernel
@@ -65,3 +66,17 @@ def ring_of(triangles: Any, neighbours: Any, triangle_of: Any, v: int, ring_tria
         if t == start:
             return n
     return -1
+
+
+@kernel
+def wake_if_moved(
+    position: Any, v: int, pu: float, pv: float, ring: Any, n: int, metric: Any, least: float, awake: Any
+) -> None:
+    """Wake a node that has moved from (pu, pv) by more than ``least``, and its ring; let others sleep."""
+    du = position[v, 0] - pu
+    dv = position[v, 1] - pv
+    moved = metric[0] * du * du + 2.0 * metric[1] * du * dv + metric[2] * dv * dv > least * least
+    awake[v] = 1 if moved else 0
+    if moved:
+        for q in range(n):
+            awake[ring[q]] = 1

@@ -99,17 +99,26 @@ def delaunay_flips(
     n_triangles: int,
     grid: Any,
     placing: Any,
+    awake: Any,
     rounds: int,
 ) -> int:
-    """Flip until every side is Delaunay or the rounds are spent; return the number of flips."""
+    """Flip until every side is Delaunay or the rounds are spent; return the number of flips.
+
+    Triangles of nodes that are not ``awake`` are passed over; a flip wakes its nodes.
+    """
     total = 0
     for _ in range(rounds):
         count = 0
         for t in range(n_triangles):
-            if triangles[t, 0] < 0:
+            a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+            if a < 0 or not (awake[a] or awake[b] or awake[c]):
                 continue
             for i in range(3):
+                s = neighbours[t, i]
                 if flip_if_better(position, triangles, neighbours, locked, triangle_of, t, i, grid, placing):
+                    for k in range(3):
+                        awake[triangles[t, k]] = 1
+                        awake[triangles[s, k]] = 1
                     count += 1
                     break
         total += count

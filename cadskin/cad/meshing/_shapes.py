@@ -1,6 +1,7 @@
 """Shapes: free nodes move to where their triangles are most nearly equilateral, whatever their size."""
 
 # Kernels take their arrays one by one: a structure of arrays would be one more type to compile.
+# ruff: noqa: PLR0913
 
 from __future__ import annotations
 
@@ -10,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from cadskin._jit import kernel
-from cadskin.cad.meshing._adjacency import RING_SIZE, ring_of
+from cadskin.cad.meshing._adjacency import RING_SIZE, STILL, ring_of, wake_if_moved
 from cadskin.cad.meshing._metric import metric_at, metric_length, shape_quality
 
 POINT = 1e-3  # of the distance to it: length of a side that is one point
@@ -99,6 +100,7 @@ def touches_pole(position: Any, fixed: Any, v: int, ring: Any, n: int, grid: Any
 @kernel
 def improve_shape(
     position: Any,
+    size: Any,
     fixed: Any,
     triangles: Any,
     neighbours: Any,
@@ -106,19 +108,21 @@ def improve_shape(
     n_nodes: int,
     grid: Any,
     placing: Any,
+    awake: Any,
 ) -> int:
-    """Move free nodes with triangles that are not yet equilateral to better shapes; return how many."""
+    """Move awake free nodes whose triangles are not yet equilateral to better shapes; return how many."""
     ring_triangles = np.zeros(RING_SIZE, np.int64)
     ring = np.zeros(RING_SIZE, np.int64)
     moved = 0
     for v in range(n_nodes):
-        if fixed[v] or triangle_of[v] < 0:
+        if fixed[v] or triangle_of[v] < 0 or not awake[v]:
             continue
         n = ring_of(triangles, neighbours, triangle_of, v, ring_triangles, ring)
         if n < 3 or touches_pole(position, fixed, v, ring, n, grid, placing):
             continue
         before = shape_energy(position, v, ring, n, grid, placing)
         if before < EQUILATERAL * n or before == math.inf:
+            awake[v] = 0
             continue
         du, dv = shape_step(position, v, ring, n, grid, placing)
         pu = position[v, 0]
@@ -134,4 +138,6 @@ def improve_shape(
         else:
             position[v, 0] = pu
             position[v, 1] = pv
+        metric = metric_at(grid, placing, pu, pv)
+        wake_if_moved(position, v, pu, pv, ring, n, metric, STILL * size[v], awake)
     return moved

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from cadskin._jit import kernel
-from cadskin.cad.meshing._adjacency import RING_SIZE, ring_of
+from cadskin.cad.meshing._adjacency import RING_SIZE, STILL, ring_of, wake_if_moved
 from cadskin.cad.meshing._metric import metric_at, metric_length, orientation, shape_quality
 
 
@@ -86,13 +86,14 @@ def smooth(
     n_nodes: int,
     grid: Any,
     placing: Any,
+    awake: Any,
     circumcentres: bool,
 ) -> None:
-    """Move each free node towards its target, at most as far as its triangles stay good."""
+    """Move each free node that is awake towards its target, at most as far as its triangles stay good."""
     ring_triangles = np.zeros(RING_SIZE, np.int64)
     ring = np.zeros(RING_SIZE, np.int64)
     for v in range(n_nodes):
-        if fixed[v] or triangle_of[v] < 0:
+        if fixed[v] or triangle_of[v] < 0 or not awake[v]:
             continue
         n = ring_of(triangles, neighbours, triangle_of, v, ring_triangles, ring)
         if n < 3:
@@ -116,6 +117,8 @@ def smooth(
         if not moved:
             position[v, 0] = pu
             position[v, 1] = pv
+        metric = metric_at(grid, placing, pu, pv)
+        wake_if_moved(position, v, pu, pv, ring, n, metric, STILL * size[v], awake)
 
 
 @kernel

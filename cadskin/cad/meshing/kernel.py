@@ -70,12 +70,14 @@ def remesh_arrays(
     long = settings[3]
     iterations = int(settings[4])
     triangle_of = np.full(position.shape[0], -1, np.int64)
+    awake = np.ones(position.shape[0], np.uint8)
     for t in range(counts[1]):
         for i in range(3):
             triangle_of[triangles[t, i]] = t
-    delaunay_flips(position, triangles, neighbours, locked, triangle_of, counts[1], grid, placing, 30)
+    delaunay_flips(position, triangles, neighbours, locked, triangle_of, counts[1], grid, placing, awake, 30)
     grade(position, size, fixed, triangles, counts[1], grid, placing, grading, 10)
     for iteration in range(iterations):
+        awake[:] = 1
         for _ in range(30):
             n = split_long(
                 position, size, fixed, triangles, neighbours, locked, triangle_of, counts, grid, placing,
@@ -83,12 +85,16 @@ def remesh_arrays(
             )  # fmt: skip
             if n == 0 or counts[2]:
                 break
-            delaunay_flips(position, triangles, neighbours, locked, triangle_of, counts[1], grid, placing, 5)
+            delaunay_flips(
+                position, triangles, neighbours, locked, triangle_of, counts[1], grid, placing, awake, 5
+            )
         collapse_short(
             position, size, fixed, triangles, neighbours, locked, triangle_of, counts[0], grid, placing,
             short, long,
         )  # fmt: skip
-        delaunay_flips(position, triangles, neighbours, locked, triangle_of, counts[1], grid, placing, 8)
+        delaunay_flips(
+            position, triangles, neighbours, locked, triangle_of, counts[1], grid, placing, awake, 8
+        )
         if iteration < iterations - 1:
             even_valence(
                 position, fixed, triangles, neighbours, locked, triangle_of, counts[0], counts[1], grid,
@@ -97,18 +103,30 @@ def remesh_arrays(
         for _ in range(3):
             smooth(
                 position, size, fixed, triangles, neighbours, triangle_of, counts[0], grid, placing,
-                iteration > 0,
+                awake, iteration > 0,
             )  # fmt: skip
-        delaunay_flips(position, triangles, neighbours, locked, triangle_of, counts[1], grid, placing, 8)
+        delaunay_flips(
+            position, triangles, neighbours, locked, triangle_of, counts[1], grid, placing, awake, 8
+        )
         grade(position, size, fixed, triangles, counts[1], grid, placing, grading, 1)
+    awake[:] = 1
     for k in range(4):
-        smooth(position, size, fixed, triangles, neighbours, triangle_of, counts[0], grid, placing, True)
-        n = delaunay_flips(position, triangles, neighbours, locked, triangle_of, counts[1], grid, placing, 5)
+        smooth(
+            position, size, fixed, triangles, neighbours, triangle_of, counts[0], grid, placing, awake, True
+        )
+        n = delaunay_flips(
+            position, triangles, neighbours, locked, triangle_of, counts[1], grid, placing, awake, 5
+        )
         if n == 0 and k > 1:
             break
+    awake[:] = 1
     for _ in range(SHAPE_SWEEPS):
-        n = improve_shape(position, fixed, triangles, neighbours, triangle_of, counts[0], grid, placing)
-        n += delaunay_flips(position, triangles, neighbours, locked, triangle_of, counts[1], grid, placing, 5)
+        n = improve_shape(
+            position, size, fixed, triangles, neighbours, triangle_of, counts[0], grid, placing, awake
+        )
+        n += delaunay_flips(
+            position, triangles, neighbours, locked, triangle_of, counts[1], grid, placing, awake, 5
+        )
         if n == 0:
             break
 
