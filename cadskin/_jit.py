@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 import numba
 
-__all__ = ["kernel"]
+__all__ = ["fast_kernel", "kernel"]
 
 _log = logging.getLogger(__name__)
 _Function = TypeVar("_Function", bound=Callable[..., Any])
@@ -20,7 +20,16 @@ def kernel(function: _Function) -> _Function:
     Where neither the package folder nor the user's cache folder can be written the code is compiled anew in
     every process; the log says so.
     """
-    options: Any = {"nogil": True, "error_model": "numpy"}
+    return _compiled(function, {})
+
+
+def fast_kernel(function: _Function) -> _Function:
+    """Compile as `kernel` does, with sums that may be reordered (``fastmath``): no NaN or infinity inside."""
+    return _compiled(function, {"fastmath": True})
+
+
+def _compiled(function: _Function, extra: dict[str, Any]) -> _Function:
+    options: Any = {"nogil": True, "error_model": "numpy", **extra}
     try:
         compiled: _Function = numba.njit(cache=True, **options)(function)
     except RuntimeError as error:  # numba finds no folder for its cache

@@ -21,10 +21,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numba import njit
 from scipy.sparse import coo_array, csr_array
 
 from cadskin._arrays import frozen
+from cadskin._jit import fast_kernel, kernel
 from cadskin.errors import GeometryError
 from cadskin.shape.discrete import vertex_normals
 
@@ -128,7 +128,7 @@ def _adjacency(triangles: Triangles, n: int) -> tuple[Ints, Ints]:
     return graph.indptr.astype(np.int64), graph.indices.astype(np.int64)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _two_rings(i: int, offsets: Any, neighbours: Any, mark: Any, ids: Any) -> int:
     """Vertices within two edges of vertex i, and a third ring where these are few."""
     count = 0
@@ -153,7 +153,7 @@ def _two_rings(i: int, offsets: Any, neighbours: Any, mark: Any, ids: Any) -> in
     return count
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _tangents(normal: Any) -> Any:
     axis = 0
     for k in range(1, 3):
@@ -170,7 +170,7 @@ def _tangents(normal: Any) -> Any:
     return first, second
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _solve(matrix: Any, rhs: Any, size: int) -> bool:
     """Cholesky solve in place of a small normal system."""
     for a in range(size):
@@ -195,7 +195,7 @@ def _solve(matrix: Any, rhs: Any, size: int) -> bool:
     return True
 
 
-@njit(cache=True, fastmath=True, nogil=True)
+@fast_kernel
 def _monge(local: Any, count: int, size: int, solution: Any) -> float:
     """Fit the first ``size`` terms to points in units of the neighbourhood; mean squared residual, or -1."""
     matrix = np.zeros((_TERMS, _TERMS))
@@ -223,14 +223,14 @@ def _monge(local: Any, count: int, size: int, solution: Any) -> float:
     return max(squared / count - explained, 0.0)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _terms(x: float, y: float, row: Any) -> None:
     row[0], row[1] = x, y
     row[2], row[3], row[4] = 0.5 * x * x, x * y, 0.5 * y * y
     row[5], row[6], row[7], row[8] = x * x * x, x * x * y, x * y * y, y * y * y
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _fit_all(points: Any, normals: Any, offsets: Any, neighbours: Any) -> Any:
     n = points.shape[0]
     frames = np.zeros((n, 3, 3))
@@ -268,7 +268,7 @@ def _fit_all(points: Any, normals: Any, offsets: Any, neighbours: Any) -> Any:
     return frames, curvatures, residual
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _frame(
     first: Any, second: Any, normal: Any, solution: Any, reach: float, frame: Any, curvature: Any
 ) -> None:

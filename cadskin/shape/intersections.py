@@ -8,11 +8,11 @@ only the part away from the common vertex or edge is compared.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numba import njit
 
+from cadskin._jit import kernel
 from cadskin.shape.discrete import triangle_normals
 
 if TYPE_CHECKING:
@@ -183,10 +183,20 @@ def _box_tree(low: Floats, high: Floats) -> tuple[Floats, Floats, Ints]:
     return np.concatenate(lows), np.concatenate(highs), np.concatenate(ends)
 
 
-@njit(cache=True)
-def _tree_pairs(  # type: ignore[no-untyped-def]  # noqa: PLR0913
-    corners, triangles, normals, low, high, order, tree_low, tree_high, tree_end, gaps, limit
-):
+@kernel
+def _tree_pairs(  # noqa: PLR0913
+    corners: Any,
+    triangles: Any,
+    normals: Any,
+    low: Any,
+    high: Any,
+    order: Any,
+    tree_low: Any,
+    tree_high: Any,
+    tree_end: Any,
+    gaps: Any,
+    limit: Any,
+) -> Any:
     """Walk the tree once per leaf; of two leaves the one that stands first in the order asks."""
     n_leaves = (len(tree_end) + 1) // 2
     first_leaf = n_leaves - 1
@@ -229,16 +239,16 @@ def _tree_pairs(  # type: ignore[no-untyped-def]  # noqa: PLR0913
     return found[:n_found]
 
 
-@njit(cache=True)
-def _check_pairs(corners, triangles, pairs, gaps):  # type: ignore[no-untyped-def]
+@kernel
+def _check_pairs(corners: Any, triangles: Any, pairs: Any, gaps: Any) -> Any:
     result = np.zeros(len(pairs), dtype=np.bool_)
     for k in range(len(pairs)):
         result[k] = _pair_meets(corners, triangles, pairs[k, 0], pairs[k, 1], gaps)
     return result
 
 
-@njit(cache=True)
-def _boxes_meet(low, high, i, other_low, other_high, j):  # type: ignore[no-untyped-def]
+@kernel
+def _boxes_meet(low: Any, high: Any, i: Any, other_low: Any, other_high: Any, j: Any) -> Any:
     return (
         low[i, 0] <= other_high[j, 0]
         and other_low[j, 0] <= high[i, 0]
@@ -249,8 +259,8 @@ def _boxes_meet(low, high, i, other_low, other_high, j):  # type: ignore[no-unty
     )
 
 
-@njit(cache=True)
-def _face_each_other(triangles, normals, i, j):  # type: ignore[no-untyped-def]
+@kernel
+def _face_each_other(triangles: Any, normals: Any, i: Any, j: Any) -> Any:
     """Whether two triangles have no common vertex and normals more than 120° apart."""
     for a in range(3):
         for b in range(3):
@@ -261,8 +271,8 @@ def _face_each_other(triangles, normals, i, j):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True)
-def _pair_meets(corners, triangles, i, j, gaps):  # type: ignore[no-untyped-def]
+@kernel
+def _pair_meets(corners: Any, triangles: Any, i: Any, j: Any, gaps: Any) -> Any:
     """Whether two triangles of a mesh come close outside of the vertices they share.
 
     ``gaps`` are for triangles with 0, 1 and 2 shared vertices; the last one negative asks for a fold.
@@ -292,8 +302,8 @@ def _pair_meets(corners, triangles, i, j, gaps):  # type: ignore[no-untyped-def]
     return _folded_on(one, 3 - sum_i, two, 3 - sum_j)
 
 
-@njit(cache=True)
-def _points(corners):  # type: ignore[no-untyped-def]
+@kernel
+def _points(corners: Any) -> Any:
     """Corners (3, 3) as tuples: nothing is allocated on them."""
     return (
         (corners[0, 0], corners[0, 1], corners[0, 2]),
@@ -302,15 +312,15 @@ def _points(corners):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True)
-def _side(triangle, corner):  # type: ignore[no-untyped-def]
+@kernel
+def _side(triangle: Any, corner: Any) -> Any:
     """Return the side opposite ``corner``, a triangle without area."""
     start, end = triangle[(corner + 1) % 3], triangle[(corner + 2) % 3]
     return (start, end, end)
 
 
-@njit(cache=True)
-def _folded_on(one, tip_one, two, tip_two):  # type: ignore[no-untyped-def]
+@kernel
+def _folded_on(one: Any, tip_one: Any, two: Any, tip_two: Any) -> Any:
     """Whether two triangles with a common side lie on each other: the angle between them is below 1e-6."""
     start = one[(tip_one + 1) % 3]
     axis = _minus(one[(tip_one + 2) % 3], start)
@@ -320,23 +330,23 @@ def _folded_on(one, tip_one, two, tip_two):  # type: ignore[no-untyped-def]
     return cosine > 0.0 and _dot(sine, sine) < 1e-12 * cosine * cosine
 
 
-@njit(cache=True)
-def _minus(a, b):  # type: ignore[no-untyped-def]
+@kernel
+def _minus(a: Any, b: Any) -> Any:
     return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
 
 
-@njit(cache=True)
-def _dot(a, b):  # type: ignore[no-untyped-def]
+@kernel
+def _dot(a: Any, b: Any) -> Any:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@njit(cache=True)
-def _cross(a, b):  # type: ignore[no-untyped-def]
+@kernel
+def _cross(a: Any, b: Any) -> Any:
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
-@njit(cache=True)
-def _parts(axis, one, two, tolerance):  # type: ignore[no-untyped-def]
+@kernel
+def _parts(axis: Any, one: Any, two: Any, tolerance: Any) -> Any:
     """Whether the planes across ``axis`` keep two triangles more than ``tolerance`` apart."""
     p, q, r = _dot(axis, one[0]), _dot(axis, one[1]), _dot(axis, one[2])
     s, t, u = _dot(axis, two[0]), _dot(axis, two[1]), _dot(axis, two[2])
@@ -344,8 +354,8 @@ def _parts(axis, one, two, tolerance):  # type: ignore[no-untyped-def]
     return gap > 0.0 and gap * gap > tolerance * tolerance * _dot(axis, axis)
 
 
-@njit(cache=True)
-def _apart(first, second, tolerance):  # type: ignore[no-untyped-def]
+@kernel
+def _apart(first: Any, second: Any, tolerance: Any) -> Any:
     """Whether a separating axis exists; a triangle may be a segment (its last two corners equal)."""
     origin = first[0]  # near the origin the products keep their digits
     a = (_minus(first[0], origin), _minus(first[1], origin), _minus(first[2], origin))

@@ -23,8 +23,9 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-import numba
 import numpy as np
+
+from cadskin._jit import kernel
 
 if TYPE_CHECKING:
     from cadskin._typing import Floats, Ints
@@ -34,7 +35,7 @@ N_COLUMNS = 8
 _BLOCK = 2048
 
 
-@numba.njit(cache=True)
+@kernel
 def _distance(kind: int, x: float, y: float, z: float, s0: float, s1: float) -> float:
     if kind == 0:
         return z - s0
@@ -49,7 +50,7 @@ def _distance(kind: int, x: float, y: float, z: float, s0: float, s1: float) -> 
     return math.sqrt(gap * gap + z * z) - s0
 
 
-@numba.njit(cache=True)
+@kernel
 def _gradient(kind: int, x: float, y: float, z: float, s0: float, s1: float, row: Floats) -> float:
     """Fill ``row`` (8,) and return the distance."""
     nx, ny, nz = 0.0, 0.0, 0.0
@@ -90,7 +91,7 @@ def _gradient(kind: int, x: float, y: float, z: float, s0: float, s1: float, row
     return distance
 
 
-@numba.njit(cache=True)
+@kernel
 def distances(points: Floats, kind: int, origin: Floats, axes: Floats, shape: Floats) -> Floats:
     """Return the signed distances (n,) of points (n, 3)."""
     out = np.zeros(points.shape[0])
@@ -103,7 +104,7 @@ def distances(points: Floats, kind: int, origin: Floats, axes: Floats, shape: Fl
     return out
 
 
-@numba.njit(cache=True)
+@kernel
 def rows(points: Floats, kind: int, origin: Floats, axes: Floats, shape: Floats) -> tuple[Floats, Floats]:
     """Return the signed distances (n,) and the Jacobian (n, 8)."""
     n = points.shape[0]
@@ -117,7 +118,7 @@ def rows(points: Floats, kind: int, origin: Floats, axes: Floats, shape: Floats)
     return out, jacobian
 
 
-@numba.njit(cache=True)
+@kernel
 def normal_equations(
     points: Floats, kind: int, origin: Floats, axes: Floats, shape: Floats
 ) -> tuple[Floats, Floats, float]:
@@ -146,7 +147,7 @@ def normal_equations(
     return square, right, total
 
 
-@numba.njit(cache=True)
+@kernel
 def farthest(points: Floats, origin: Floats) -> float:
     """Return the largest distance of points (n, 3) from ``origin``."""
     largest = 0.0
@@ -156,7 +157,7 @@ def farthest(points: Floats, origin: Floats) -> float:
     return np.sqrt(largest)  # type: ignore[no-any-return]
 
 
-@numba.njit(cache=True)
+@kernel
 def moments(points: Floats, centre: Floats) -> tuple[Floats, Floats]:
     """Return the sum (3,) and the second moments (3, 3) of points about ``centre``, summed in blocks."""
     first, second = np.zeros(3), np.zeros((3, 3))
@@ -179,7 +180,7 @@ def moments(points: Floats, centre: Floats) -> tuple[Floats, Floats]:
     return first, second
 
 
-@numba.njit(cache=True)
+@kernel
 def linear_program(
     matrix: Floats, right: Floats, cost: Floats, box: Floats, floor: float
 ) -> tuple[Floats, Ints, Floats, int]:
