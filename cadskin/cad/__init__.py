@@ -22,6 +22,7 @@ _HOMES = {
     "read_parts": "cadskin.cad.documents",
     "read_pmi": "cadskin.cad.pmi.pmi",
     "to_ocp": "cadskin.cad.triangulation",
+    "write_brep": "cadskin.cad.brep",
     "write_step": "cadskin.cad.pmi.write",
 }
 
@@ -39,10 +40,12 @@ __all__ = [
     "read_parts",
     "read_pmi",
     "to_ocp",
+    "write_brep",
     "write_step",
 ]
 
 if TYPE_CHECKING:
+    from cadskin.cad.brep import write_brep
     from cadskin.cad.contained import contained_describe, contained_nominals
     from cadskin.cad.description import FileDescription, PartDescription
     from cadskin.cad.discretise import nominal, nominals

@@ -1,0 +1,84 @@
+"""Specifications as tables with FreeCAD's face numbers."""
+
+import pytest
+
+from cadskin.errors import SpecificationError
+from cadskin.spec import FeatureSelection, Specification, flatness, position, surface_profile, tolerance
+from cadskin.worker.request import RequestError
+from cadskin.worker.tables import specification_from_tables, tables_of_specification
+
+
+def row(**values):
+    return {"id": "T", "characteristic": "flatness", "value": 0.02, "faces": [6], **values}
+
+
+def test_faces_count_from_one():
+    spec = specification_from_tables([row()], [{"letter": "A", "faces": [1, 2]}])
+    assert spec["T"].feature.selectors == (5,)
+    assert spec.datum("A").feature.selectors == (0, 1)
+
+
+def test_what_the_tables_hold_comes_back():
+    on = FeatureSelection(faces=(3,))
+    spec = Specification(
+        position(
+            on, 0.1, datums="A|B(M)", diameter=True, projected=5.0, material="MMR", id="#12", name="bore"
+        ),
+        surface_profile(
+            FeatureSelection(faces=(5,)),
+            0.3,
+            outside=0.1,
+            modifiers=["free state"],
+            model={"field": {"length": 3.0}},
+        ),
+        tolerance("straightness", FeatureSelection(faces=(4,)), 0.05, intersection_plane="parallel A"),
+        datums={"A": FeatureSelection(faces=(0,)), "B": FeatureSelection(faces=(1,))},
+        default=tolerance("surface_profile", None, 0.5, scope="general"),
+    )
+    tables = tables_of_specification(spec)
+    assert [item["faces"] for item in tables["tolerances"]] == [[4], [6], [5]]
+    back = specification_from_tables(tables["tolerances"], tables["datums"], tables["general"])
+    for before, after in zip(spec, back, strict=True):
+        assert after.feature.selectors == before.feature.faces
+        for key in (
+            "id",
+            "type",
+            "value",
+            "datums",
+            "material",
+            "modifiers",
+            "zone",
+            "indicators",
+            "model",
+            "name",
+        ):
+            assert getattr(after, key) == getattr(before, key), key
+    assert back.default.value == 0.5
+
+
+def test_a_tolerance_without_value_keeps_that():
+    tables = tables_of_specification(
+        Specification(flatness(FeatureSelection(faces=(0,)), None), checked=False)
+    )
+    assert tables["tolerances"][0]["value"] is None
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"faces": []}, "tolerance T is on no face"),
+        ({"faces": [0]}, "numbers from 1 on"),
+        ({"faces": ["Face1"]}, "numbers from 1 on"),
+        ({"value": None}, "tolerance T has no value"),
+        ({"value": True}, "tolerance T has no value"),
+        ({"value": -0.1}, "must be finite and not negative"),
+        ({"value": 0.0}, "0"),
+        ({"characteristic": None}, "has no characteristic"),
+        ({"characteristic": "flatnes"}, "flatness"),
+        ({"characteristic": "parallelism"}, "datum"),
+        ({"characteristic": "parallelism", "datums": "A"}, "A"),
+    ],
+)
+def test_a_wrong_table_is_refused_by_name(values, message):
+    with pytest.raises((SpecificationError, RequestError), match=message):
+        specification_from_tables([row(**values)])
