@@ -15,7 +15,7 @@ from cadskin.shape.association.constrained import constrained
 from cadskin.shape.association.least_squares import fit, principal_axes
 from cadskin.shape.association.minimax import Minimax, Mode, minimax
 from cadskin.shape.association.models import SurfaceModel
-from cadskin.shape.association.packing import pack, pack_squares, slab_certificate
+from cadskin.shape.association.packing import Proof, hull_proof, pack, pack_squares, tilt_proof
 from cadskin.shape.association.pose import Pose, frame_about
 from cadskin.shape.association.starts import best_start, coarse_start, start_poses
 
@@ -309,20 +309,21 @@ def _finish(
         return pack(perfect, model, base, kind, criterion, mode, exact=True)
     found = minimax(model, pose, free, mode)
     if kind == "plane" and len(free) == 2:
-        found = _narrowest_slab(model, found)
-    return pack(found, model, base, kind, criterion, mode, exact=False)
+        found, proof = _narrowest_slab(model, found)
+        return pack(found, model, base, kind, criterion, mode, proof=proof)
+    return pack(found, model, base, kind, criterion, mode)
 
 
-def _narrowest_slab(model: SurfaceModel, found: Minimax) -> Minimax:
-    """Return the narrowest slab of all, where the contacts alone do not prove that ``found`` is."""
-    if slab_certificate(model.points, found) >= found.value:
-        return found
+def _narrowest_slab(model: SurfaceModel, found: Minimax) -> tuple[Minimax, Proof]:
+    """Return the narrowest slab of all and its proof; the hull is asked where the contacts do not say it."""
+    proof = tilt_proof(model.points, found, "plane")
+    if proof is not None:
+        return found, proof
     hull = hull_width(model.points)
-    if hull is None or hull[0] >= found.value * (1 - 1e-12):
-        return found
-    start = Pose(found.pose.origin, frame_about(hull[1]), np.zeros(2))
-    better = minimax(model, start, (3, 4), "zone")
-    return better if better.value < found.value else found
+    if hull is not None and hull[0] < found.value * (1 - 1e-12):
+        better = minimax(model, Pose(found.pose.origin, frame_about(hull[1]), np.zeros(2)), (3, 4), "zone")
+        found = better if better.value < found.value else found
+    return found, hull_proof(found, None if hull is None else hull[0])
 
 
 def _perfect(

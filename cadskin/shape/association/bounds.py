@@ -9,15 +9,22 @@ import numpy as np
 if TYPE_CHECKING:
     from cadskin._typing import Floats, Ints, Points, Vectors
 
-__all__ = ["enclosing_line_bound", "hull_width", "is_arc_open", "slab_margin", "widest_weights"]
+__all__ = [
+    "enclosing_line_bound",
+    "hull_width",
+    "is_arc_open",
+    "slab_is_narrowest",
+    "slab_margin",
+    "widest_weights",
+    "width_in_plane",
+]
 
 
 def slab_margin(upper: Points, lower: Points, normal: Vectors, *, within: Vectors | None = None) -> float:
-    """Return how fast the width of a slab grows when it is tilted: its global certificate.
+    """Return how fast the width of a slab grows when it is tilted.
 
-    Tilted by phi in any direction, the slab through contacts ``upper`` and ``lower`` has at least the width
-    ``t cos(phi) + margin sin(phi)``, which is concave on [0, pi/2]; so ``margin >= t`` proves that no slab is
-    narrower.
+    Tilted by phi in any direction, a slab that holds the contacts ``upper`` and ``lower`` has at least the
+    width ``t cos(phi) + margin sin(phi)``: see `slab_is_narrowest`.
 
     Parameters
     ----------
@@ -48,6 +55,22 @@ def slab_margin(upper: Points, lower: Points, normal: Vectors, *, within: Vector
         return 0.0
     # The least support lies at the normal of an edge of the polygon of differences.
     return float((np.concatenate([across, -across]) @ flat.T).max(axis=1).min())
+
+
+def slab_is_narrowest(margin: float, extent: float, width: float) -> bool:
+    """Tell whether no slab is narrower than one of ``width``, by two bounds on the slabs tilted by phi.
+
+    The contacts give ``width cos(phi) + margin sin(phi)``: at least the width where ``tan(phi / 2)`` is at
+    most ``margin / width``. Points that lie ``extent`` apart along every direction of the slab, less than
+    ``width`` across it, give ``extent sin(phi) - width cos(phi)``: at least the width where ``tan(phi / 2)``
+    is no less than ``width / extent``. Together they cover all angles when ``margin extent >= width^2``.
+
+    Examples
+    --------
+    >>> slab_is_narrowest(0.001, 50.0, 0.05), slab_is_narrowest(0.001, 2.0, 0.05)
+    (True, False)
+    """
+    return margin > 0.0 and max(margin, extent) * margin >= width * width * (1 + 1e-9)
 
 
 def enclosing_line_bound(points: Points, weights: Floats) -> float:
@@ -168,6 +191,28 @@ def hull_width(points: Points, *, limit: int = 4000) -> tuple[float, Vectors] | 
             if width < best:
                 best, direction = width, at
     return float(best), direction
+
+
+def width_in_plane(points: Points, section: Vectors) -> float | None:
+    """Return the least distance of two parallel lines that hold the points, seen along ``section`` [mm]."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    helper = np.eye(3)[int(np.argmin(np.abs(section)))]
+    first = np.cross(section, helper)
+    first /= np.linalg.norm(first)
+    flat = (points - points.mean(axis=0)) @ np.stack([first, np.cross(section, first)], axis=1)
+    _, spread, right = np.linalg.svd(flat[:: max(1, len(flat) // 10_000)], full_matrices=False)
+    if spread[1] <= 1e-13 * spread[0]:
+        return None
+    try:
+        hull = ConvexHull((flat @ right.T) / (spread / spread[0]))  # a thin strip is hulled as a wide one
+    except QhullError:
+        return None
+    corners = flat[hull.vertices]
+    sides = np.roll(corners, -1, axis=0) - corners
+    length = np.linalg.norm(sides, axis=1)
+    normals = np.stack([sides[:, 1], -sides[:, 0]], axis=1)[length > 0] / length[length > 0][:, None]
+    return float(np.ptp(corners @ normals.T, axis=0).min())
 
 
 def _narrowest(normals: Vectors, vertices: Points) -> tuple[float, Vectors]:

@@ -2,36 +2,51 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
 
 from cadskin.errors import AssociationError
 from cadskin.shape.association import _kernels as kernels
-from cadskin.shape.association.bounds import enclosing_line_bound, hull_width, slab_margin, widest_weights
+from cadskin.shape.association.bounds import (
+    enclosing_line_bound,
+    slab_is_narrowest,
+    slab_margin,
+    widest_weights,
+    width_in_plane,
+)
 from cadskin.shape.association.pose import Pose
 from cadskin.shape.association.result import Association, Certificate, Circle, Criterion, Kind, Line
 from cadskin.shape.ideal import Cone, Cylinder, Plane, Sphere, Torus
 
 if TYPE_CHECKING:
-    from cadskin._typing import Points
+    from cadskin._typing import Floats, Points
     from cadskin.shape.association.minimax import Minimax, Mode
     from cadskin.shape.association.models import SurfaceModel
     from cadskin.shape.association.result import AssociatedFeature
 
-__all__ = ["pack", "pack_squares", "slab_certificate"]
+__all__ = ["Proof", "hull_proof", "pack", "pack_squares", "tilt_proof"]
+
+# Scope, bound [mm] and reason of a certificate.
+Proof: TypeAlias = tuple[Literal["global", "local"], float | None, str]
 
 _EPS = float(np.finfo(np.float64).eps)
 
 
 def pack_squares(
-    model: SurfaceModel, base: Points, kind: Kind, pose: Pose, columns: list[int]
+    model: SurfaceModel,
+    base: Points,
+    kind: Kind,
+    pose: Pose,
+    columns: list[int],
+    *,
+    sums: tuple[Floats, Floats, float] | None = None,
 ) -> Association:
-    """Return the result of a least-squares fit over ``columns``."""
+    """Return the result of a least-squares fit over ``columns``; ``sums``: its normal equations, if known."""
     values = model.distances(pose)
-    square, right, total = kernels.normal_equations(
-        model.points, model.kind, pose.origin, pose.axes, pose.shape
-    )
+    if sums is None:
+        sums = kernels.normal_equations(model.points, model.kind, pose.origin, pose.axes, pose.shape)
+    square, right, total = sums
     length = max(model.length(pose), _EPS)
     unit = np.array([1, 1, 1, 1 / length, 1 / length, 1 / length, 1, 1.0])
     # The step that would still be taken, in mm.
@@ -67,7 +82,8 @@ def pack(
     criterion: Criterion,
     mode: Mode,
     *,
-    exact: bool,
+    exact: bool = False,
+    proof: Proof | None = None,
 ) -> Association:
     """Return the result of a minimax association; ``base`` was subtracted from the points."""
     value, middle = found.value, 0.0
@@ -80,11 +96,9 @@ def pack(
         middle = value
     if kind == "line":
         value, middle = 2.0 * value, 0.0
-    scope, bound, reason = (
-        ("global", value, "the points are on one ideal feature to rounding")
-        if exact
-        else _scope(found, model, kind, mode, value)
-    )
+    if exact:
+        proof = ("global", value, "the points are on one ideal feature to rounding")
+    scope, bound, reason = proof or _scope(found, model, kind, mode, value)
     return Association(
         kind=kind,
         criterion=criterion,
@@ -107,12 +121,36 @@ def pack(
     )
 
 
-def slab_certificate(points: Points, found: Minimax, *, within: Points | None = None) -> float:
-    """Return the margin of `slab_margin` for the contacts of a slab [mm]."""
+def tilt_proof(points: Points, found: Minimax, kind: Kind) -> Proof | None:
+    """Return the proof that every tilt widens a slab, from its contacts and the extent of the points."""
     upper, lower = points[found.active[found.sides > 0]], points[found.active[found.sides < 0]]
     if not (len(upper) and len(lower)):
-        return 0.0
-    return slab_margin(upper, lower, found.pose.axis, within=within)
+        return None
+    normal, sample = found.pose.axis, points[:: max(1, len(points) // 2000)]
+    within = np.ascontiguousarray(found.pose.axes[:, 0]) if kind == "profile line" else None
+    margin = slab_margin(upper, lower, normal, within=within)
+    far = _outermost(sample, found.pose.axes)
+    extent = slab_margin(far, far, normal, within=within)
+    if not slab_is_narrowest(margin, extent, found.value):
+        return None
+    text = f"every tilt widens the slab: margin {margin:.6g} mm of the contacts, extent {extent:.6g} mm"
+    return "global", found.value, text
+
+
+def hull_proof(found: Minimax, hull: float | None) -> Proof:
+    """Return the proof that compares a slab with the width of the convex hull, None where that is unknown."""
+    if hull is None:
+        return "local", None, "Kuhn-Tucker conditions; the convex hull is flat or has too many edges"
+    if found.value <= hull * (1 + 1e-9) + 1e-12:
+        return "global", hull, "the width of the convex hull"
+    return "local", hull, "Kuhn-Tucker conditions; the convex hull has a narrower width"
+
+
+def _outermost(points: Points, axes: Points) -> Points:
+    """Return the points that lie farthest along 16 directions in the plane of the first two axes."""
+    angle = np.arange(8) * np.pi / 8
+    heights = points @ axes[:, :2] @ np.stack([np.cos(angle), np.sin(angle)])
+    return np.asarray(points[np.unique(np.concatenate([heights.argmin(axis=0), heights.argmax(axis=0)]))])
 
 
 def tied_line_bound(model: SurfaceModel, found: Minimax) -> float:
@@ -130,24 +168,14 @@ def tied_line_bound(model: SurfaceModel, found: Minimax) -> float:
     return 0.0 if weights is None else enclosing_line_bound(tied_model.points, weights)
 
 
-def _scope(
-    found: Minimax, model: SurfaceModel, kind: Kind, mode: Mode, value: float
-) -> tuple[Literal["global", "local"], float | None, str]:
+def _scope(found: Minimax, model: SurfaceModel, kind: Kind, mode: Mode, value: float) -> Proof:
     """Return scope, bound and reason of a certificate."""
     points = model.points
-    if kind in ("plane", "profile line"):
-        within = found.pose.axes[:, 0] if kind == "profile line" else None
-        margin = slab_certificate(points, found, within=within)
-        if margin >= value:
-            return (
-                "global",
-                value,
-                f"a tilted slab widens: margin {margin:.6g} mm of the contacts >= the width",
-            )
-        hull = hull_width(points) if kind == "plane" else None
-        if hull is not None and value <= hull[0] * (1 + 1e-9) + 1e-12:
-            return "global", hull[0], "the width of the convex hull"
-        return "local", None if hull is None else hull[0], "Kuhn-Tucker conditions"
+    if kind == "profile line":
+        section = np.ascontiguousarray(found.pose.axes[:, 0])
+        return tilt_proof(points, found, kind) or hull_proof(found, width_in_plane(points, section))
+    if kind == "plane":  # in a direction that is given
+        return "global", value, "the direction is given"
     if mode == "upper" and kind in ("circle", "sphere"):
         return "global", value, "the problem is convex"
     if mode == "upper" and len(found.active):
