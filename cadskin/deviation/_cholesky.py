@@ -13,8 +13,8 @@ import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numba import njit
 
+from cadskin._jit import fast_kernel, kernel
 from cadskin.deviation._linear import COLUMNS
 from cadskin.errors import DeviationError
 
@@ -90,7 +90,7 @@ def _permuted(matrix: csr_array, order: Ints) -> csr_array:
     return permuted
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _widest_axis(points: Any, ids: Any) -> int:
     best, width = 0, -1.0
     for axis in range(points.shape[1]):
@@ -103,7 +103,7 @@ def _widest_axis(points: Any, ids: Any) -> int:
     return best
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _count_touching(ids: Any, mark: Any, own: int, other: int, starts: Any, columns: Any) -> int:
     """How many of the vertices marked ``own`` have a neighbour marked ``other``."""
     count = 0
@@ -116,7 +116,7 @@ def _count_touching(ids: Any, mark: Any, own: int, other: int, starts: Any, colu
     return count
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _split(ids: Any, points: Any, mark: Any, tag: int, starts: Any, columns: Any) -> Any:
     """Side of each vertex: 0 and 1 the halves, 2 the separator; marks are tag and tag + 1 on return."""
     axis = _widest_axis(points, ids)
@@ -143,7 +143,7 @@ def _split(ids: Any, points: Any, mark: Any, tag: int, starts: Any, columns: Any
     return side, True
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _dissect(points: Any, starts: Any, columns: Any) -> Any:
     n = points.shape[0]
     ids = np.arange(n)
@@ -173,7 +173,7 @@ def _dissect(points: Any, starts: Any, columns: Any) -> Any:
     return order
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _elimination_tree(starts: Any, columns: Any) -> Any:
     n = starts.size - 1
     parent = np.full(n, -1, dtype=np.int64)
@@ -190,7 +190,7 @@ def _elimination_tree(starts: Any, columns: Any) -> Any:
     return parent
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _postorder(parent: Any) -> Any:
     n = parent.size
     head = np.full(n, -1, dtype=np.int64)
@@ -220,7 +220,7 @@ def _postorder(parent: Any) -> Any:
     return order
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _column_counts(starts: Any, columns: Any, parent: Any) -> Any:
     n = parent.size
     counts = np.ones(n, dtype=np.int64)
@@ -236,7 +236,7 @@ def _column_counts(starts: Any, columns: Any, parent: Any) -> Any:
     return counts
 
 
-@njit(cache=True, fastmath=True, nogil=True)
+@fast_kernel
 def _factor(starts: Any, columns: Any, data: Any, parent: Any, ends: Any) -> Any:
     """Up-looking factorisation: row k of L by a sparse triangular solve (Davis 2006, section 4.7)."""
     n = parent.size
@@ -287,7 +287,7 @@ def _factor(starts: Any, columns: Any, data: Any, parent: Any, ends: Any) -> Any
     return rows, values, True
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _by_rows(starts: Any, rows: Any, values: Any) -> Any:
     """Return the factor row by row, the diagonal last in each row."""
     n = starts.size - 1
@@ -308,7 +308,7 @@ def _by_rows(starts: Any, rows: Any, values: Any) -> Any:
     return begin, columns, entries
 
 
-@njit(cache=True, fastmath=True, nogil=True)
+@fast_kernel
 def _gather(x: Any, i: int, ids: Any, values: Any, begin: int, end: int) -> None:
     """x[i] -= sum of values[p] x[ids[p]], four at a time."""
     p = begin
@@ -325,7 +325,7 @@ def _gather(x: Any, i: int, ids: Any, values: Any, begin: int, end: int) -> None
         p += 1
 
 
-@njit(cache=True, fastmath=True, nogil=True)
+@fast_kernel
 def _forward(begin: Any, columns: Any, values: Any, x: Any) -> None:
     for i in range(begin.size - 1):
         last = begin[i + 1] - 1
@@ -335,7 +335,7 @@ def _forward(begin: Any, columns: Any, values: Any, x: Any) -> None:
             x[i, r] *= inverse
 
 
-@njit(cache=True, fastmath=True, nogil=True)
+@fast_kernel
 def _backward(starts: Any, rows: Any, values: Any, x: Any) -> None:
     for j in range(starts.size - 2, -1, -1):
         first = starts[j]

@@ -11,8 +11,8 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from cadskin._jit import fast_kernel, kernel
 from cadskin.deviation._linear import COLUMNS
 
 __all__ = ["colours", "sweep", "truncated_normal", "truncated_sweep"]
@@ -20,7 +20,7 @@ __all__ = ["colours", "sweep", "truncated_normal", "truncated_sweep"]
 _SQRT2 = math.sqrt(2.0)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def colours(starts: Any, columns: Any) -> Any:
     """Greedy colouring: sites of one colour are not neighbours, so they are independent given the others."""
     n = starts.size - 1
@@ -38,7 +38,7 @@ def colours(starts: Any, columns: Any) -> Any:
     return colour
 
 
-@njit(cache=True, fastmath=True, nogil=True)
+@fast_kernel
 def sweep(order: Any, starts: Any, columns: Any, weights: Any, deviation: Any, noise: Any, x: Any) -> None:
     """One sweep: x_i = sum_j w_ij x_j + s_i z_i, sites in order; ``x`` is (n, COLUMNS), a chain each."""
     for i in order:
@@ -52,7 +52,7 @@ def sweep(order: Any, starts: Any, columns: Any, weights: Any, deviation: Any, n
                 x[i, r] += weight * x[j, r]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def truncated_sweep(
     order: Any,
     starts: Any,
@@ -78,7 +78,7 @@ def truncated_sweep(
             x[i, r] = min(max(drawn, low[i]), high[i])
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def truncated_normal(uniform: float, low: float, high: float) -> float:
     """Return a standard normal number between limits, by inversion in the tail that keeps its digits."""
     sign = 1.0
@@ -92,7 +92,7 @@ def truncated_normal(uniform: float, low: float, high: float) -> float:
     return -sign * _normal_quantile(upper - uniform * (upper - beyond))
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _ratio(t: float, numerator: Any, denominator: Any) -> float:
     above, below = 0.0, 0.0
     for k in range(7, -1, -1):
@@ -133,7 +133,7 @@ _F = np.array(
 )  # fmt: skip
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _normal_quantile(p: float) -> float:
     """Quantile of the normal distribution, relative error 1e-15 (AS 241, PPND16)."""
     q = p - 0.5

@@ -13,8 +13,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numba import njit
 
+from cadskin._jit import fast_kernel
 from cadskin.deviation._linear import COLUMNS, columns_of, weighted_sums
 from cadskin.deviation._patch_fields import PatchField, unit_cholesky
 from cadskin.deviation.kernels import correlation
@@ -121,7 +121,7 @@ def _offsets(strides: Ints) -> NDArray[np.int32]:
     return np.asarray(sum(grid), dtype=np.int32).ravel()
 
 
-@njit(fastmath=True, cache=True, nogil=True)
+@fast_kernel
 def _interpolate(values: Any, first: Any, offsets: Any, weights: Any, out: Any) -> None:
     """out[r, i] = sum over the stencil of the product of the axis weights times values[node, r]."""
     n, d, stencil = weights.shape

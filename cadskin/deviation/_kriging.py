@@ -13,9 +13,9 @@ import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numba import njit
 from scipy.spatial import cKDTree
 
+from cadskin._jit import fast_kernel, kernel
 from cadskin.deviation._linear import COLUMNS, columns_of, rows_of
 from cadskin.deviation._patch_fields import DenseField, PatchField
 from cadskin.deviation.kernels import correlation_of, kernel_code, squared_distance
@@ -210,7 +210,7 @@ def previous_neighbours(points: Points, count: int) -> NDArray[np.int32]:
     return found
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _brute_force(points: Any, stop: int, found: Any) -> None:
     for i in range(stop):
         distance = np.zeros(i)
@@ -221,7 +221,7 @@ def _brute_force(points: Any, stop: int, found: Any) -> None:
             found[i, k] = best[k]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _nearest_candidates(points: Any, start: int, candidates: Any, found: Any) -> None:
     """Keep the nearest candidates that come before the point itself."""
     for row in range(candidates.shape[0]):
@@ -237,7 +237,7 @@ def _nearest_candidates(points: Any, start: int, candidates: Any, found: Any) ->
                 found[i, k] = candidates[row, best[k]]
 
 
-@njit(cache=True, fastmath=True, nogil=True)
+@fast_kernel
 def _conditional(points: Any, ids: Any, count: int, code: int, nugget: float, matrix: Any, rhs: Any) -> float:
     """Turn cross correlations in ``rhs`` into the weights of the conditional mean; return its variance."""
     for a in range(count):
@@ -269,7 +269,7 @@ def _conditional(points: Any, ids: Any, count: int, code: int, nugget: float, ma
     return variance
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _kriging_weights(sources: Any, targets: Any, neighbours: Any, code: int, nugget: float) -> Any:
     """Weights (n, m) float32 and conditional variances (n,) of targets given neighbours among sources."""
     n, m = neighbours.shape
@@ -288,7 +288,7 @@ def _kriging_weights(sources: Any, targets: Any, neighbours: Any, code: int, nug
     return weights, variance
 
 
-@njit(fastmath=True, cache=True, nogil=True)
+@fast_kernel
 def _prolong(neighbours: Any, weights: Any, coarse: Any, out: Any) -> None:
     """out[r, i] = sum_k weights[i, k] coarse[neighbours[i, k], r], in strips to write runs of a row."""
     n, m = neighbours.shape
@@ -310,7 +310,7 @@ def _prolong(neighbours: Any, weights: Any, coarse: Any, out: Any) -> None:
                 out[r, i] = strip[i - first, r]
 
 
-@njit(fastmath=True, cache=True, nogil=True)
+@fast_kernel
 def _sequential(neighbours: Any, weights: Any, deviation: Any, values: Any) -> None:
     """Turn noise (n, k) in place into values, each given its predecessors."""
     n, m = neighbours.shape

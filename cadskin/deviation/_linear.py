@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numba import njit
 
+from cadskin._jit import fast_kernel, kernel
 from cadskin.deviation._philox import fill_normals, padded_count
 from cadskin.deviation.samplers import Sampler
 
@@ -74,7 +74,7 @@ class LinearSampler(Sampler):
             _spread(fields, self.node_of_sample, self.scale, out[start : start + COLUMNS])
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _spread(fields: Any, node_of_sample: Any, scale: Any, out: Any) -> None:
     """Deviation of each sample = scale * field of its node."""
     for row in range(out.shape[0]):
@@ -82,7 +82,7 @@ def _spread(fields: Any, node_of_sample: Any, scale: Any, out: Any) -> None:
             out[row, i] = scale[i] * fields[row, node_of_sample[i]]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def columns_of(rows: Any) -> Any:
     """Transpose rows (COLUMNS, n) to a new array (n, COLUMNS)."""
     out = np.zeros((rows.shape[1], COLUMNS), dtype=np.float32)
@@ -92,7 +92,7 @@ def columns_of(rows: Any) -> Any:
     return out
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def rows_of(columns: Any, place: Any, out: Any) -> None:
     """Write columns (n, COLUMNS) into rows: out[:, place[i]] = columns[i]."""
     for i in range(columns.shape[0]):
@@ -100,7 +100,7 @@ def rows_of(columns: Any, place: Any, out: Any) -> None:
             out[r, place[i]] = columns[i, r]
 
 
-@njit(cache=True, fastmath=True, nogil=True)
+@fast_kernel
 def weighted_sums(weights: Any, rows: Any, triangular: bool, out: Any) -> None:
     """Matrix product ``out = weights @ rows``, row by row in a fixed order.
 
@@ -132,13 +132,13 @@ def weighted_sums(weights: Any, rows: Any, triangular: bool, out: Any) -> None:
                 _add_one(out[a, start:stop], rows[c, start:stop], weights[a, c])
 
 
-@njit(cache=True, fastmath=True, nogil=True)
+@fast_kernel
 def _add_four(total: Any, r0: Any, r1: Any, r2: Any, r3: Any, w0: Any, w1: Any, w2: Any, w3: Any) -> None:
     for i in range(total.size):
         total[i] += w0 * r0[i] + w1 * r1[i] + w2 * r2[i] + w3 * r3[i]
 
 
-@njit(cache=True, fastmath=True, nogil=True)
+@fast_kernel
 def _add_one(total: Any, row: Any, weight: Any) -> None:
     for i in range(total.size):
         total[i] += weight * row[i]

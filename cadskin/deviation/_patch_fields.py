@@ -7,8 +7,8 @@ from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numba import njit
 
+from cadskin._jit import fast_kernel, kernel
 from cadskin.deviation._linear import weighted_sums
 from cadskin.deviation.kernels import correlation_matrix, correlation_of, kernel_code, squared_distance
 from cadskin.errors import DeviationError
@@ -132,7 +132,7 @@ class LowRankField(PatchField):
         weighted_sums(noise, self.factor, False, out)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _first_largest(values: Any) -> int:
     """Index of the largest value; of nearly equal ones the first, so that rounding does not choose."""
     limit = values.max() * (1.0 - 1e-9)
@@ -142,7 +142,7 @@ def _first_largest(values: Any) -> int:
     return 0
 
 
-@njit(cache=True, fastmath=True, nogil=True)
+@fast_kernel
 def _pivoted_cholesky(points: Any, code: int, tolerance: float, max_rank: int) -> Any:
     """Rows (k, n) of the pivoted Cholesky factor, and the largest residual variance."""
     n = points.shape[0]

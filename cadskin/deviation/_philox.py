@@ -13,8 +13,11 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numba import float32, int32, njit, uint32, uint64
+from numba import float32, int32, uint32, uint64
+from numba.extending import register_jitable
 from numpy.typing import NDArray
+
+from cadskin._jit import fast_kernel, kernel
 
 __all__ = ["fill_normals", "fill_page", "padded_count", "philox4x32", "standard_normals", "stream_of"]
 
@@ -22,7 +25,7 @@ _LANES = 256  # counters worked on together, so that the compiler can vectorise
 _GROUP = 4 * _LANES  # normals made from them
 
 
-@njit(inline="always", cache=True)
+@register_jitable(inline="always")  # a call to a compiled function keeps the loop from being vectorised: 4 x
 def _rounds(c0: Any, c1: Any, c2: Any, c3: Any, k0: Any, k1: Any) -> Any:
     """Ten rounds of Philox4x32 on 32-bit words held in uint64."""
     low = uint64(0xFFFFFFFF)
@@ -40,7 +43,7 @@ def _rounds(c0: Any, c1: Any, c2: Any, c3: Any, k0: Any, k1: Any) -> Any:
     return c0, c1, c2, c3
 
 
-@njit(cache=True)
+@kernel
 def philox4x32(counter: Any, key: Any) -> Any:
     """Return the four output words (4,) uint32 of Philox4x32-10.
 
@@ -59,7 +62,7 @@ def philox4x32(counter: Any, key: Any) -> Any:
     return out
 
 
-@njit(fastmath=True, cache=True, nogil=True)
+@fast_kernel
 def _radii(words: Any, mantissa: Any, exponent: Any, row: Any) -> None:
     """Box-Muller radius sqrt(-2 ln u), u = (word + 1) / 2^32; ``mantissa`` is a float32 view of ``words``."""
     for i in range(words.shape[1]):
@@ -89,7 +92,7 @@ def _radii(words: Any, mantissa: Any, exponent: Any, row: Any) -> None:
         exponent[i] = float32(math.sqrt(squared))
 
 
-@njit(fastmath=True, cache=True, nogil=True)
+@fast_kernel
 def _fill(key: Any, stream: Any, page: Any, out: Any) -> None:
     """Fill ``out`` (length a multiple of `_GROUP`) with normals of one page of a stream."""
     words = np.zeros((4, _LANES), dtype=np.uint32)

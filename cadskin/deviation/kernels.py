@@ -25,8 +25,8 @@ import math
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
-from numba import njit
 
+from cadskin._jit import kernel
 from cadskin._typing import Floats, Points
 from cadskin.errors import DeviationError
 
@@ -100,7 +100,7 @@ def correlation_matrix(points: Points, others: Points, kernel: str) -> Floats:
     return np.asarray(_matrix(left, right, kernel_code(kernel)), dtype=np.float64)
 
 
-@njit(cache=True)
+@kernel
 def _bessel_k1_scaled(x: float) -> float:
     """Return x K_1(x), relative error below 1e-13 for 0 <= x.
 
@@ -133,7 +133,7 @@ def _bessel_k1_scaled(x: float) -> float:
     return x * total * step
 
 
-@njit(cache=True)
+@kernel
 def correlation_of(squared: float, code: int) -> float:
     """Correlation at the squared distance in units of the length."""
     if code == 0:
@@ -150,7 +150,7 @@ def correlation_of(squared: float, code: int) -> float:
     return _bessel_k1_scaled(math.sqrt(2.0) * r)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _correlations(squared: Any, code: int) -> Any:
     out = np.zeros(squared.size)
     for i in range(squared.size):
@@ -158,7 +158,7 @@ def _correlations(squared: Any, code: int) -> Any:
     return out
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def squared_distance(points: Any, i: int, others: Any, j: int) -> float:
     """Squared Euclidean distance of row i and row j."""
     total = 0.0
@@ -168,7 +168,7 @@ def squared_distance(points: Any, i: int, others: Any, j: int) -> float:
     return total
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _matrix(points: Any, others: Any, code: int) -> Any:
     out = np.zeros((points.shape[0], others.shape[0]))
     for i in range(points.shape[0]):
