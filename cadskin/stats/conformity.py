@@ -112,7 +112,7 @@ def conformity(
     for i in range(draws):
         generator = child(seed, i)
         c = _process(generator, n, k, size)
-        values = np.asarray(characteristic(model.mean + (c * model.sigmas) @ model.modes))
+        values = np.asarray(characteristic(model.fields(c)))
         if values.shape != (size,):
             raise StatisticsError(
                 f"the characteristic must return {size} values for {size} fields, got shape {values.shape}"
@@ -120,7 +120,7 @@ def conformity(
         shares[i] = float((values <= limit).mean())
         report(progress, i + 1, draws)
     low, high = np.quantile(shares, [0.5 - 0.5 * level, 0.5 + 0.5 * level])
-    own = characteristic(model.mean + (model.scores * model.sigmas) @ model.modes)
+    own = characteristic(model.fields(model.scores))
     counted = int((np.asarray(own) <= limit).sum())
     below, above = counted_interval(counted, model.n_parts, level=level)
     return Conformity(

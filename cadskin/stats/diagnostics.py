@@ -181,7 +181,7 @@ def parallel_analysis(
             f"the model has {model.n_parts} parts of {len(model.mean)} samples, "
             f"got {columns.n} of {columns.d}"
         )
-    real, _ = weighted_eigen(gram_and_mean(columns, model.weights)[0], np.ones(columns.n))
+    real, _ = weighted_eigen(gram_and_mean(columns, model.weights).gram, np.ones(columns.n))
     real = real[: columns.n - 1] / real.sum()
     seed = seed_sequence(rng)
     chance = np.zeros((repeats, columns.n - 1))

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.linalg import eigh
+from scipy.sparse.linalg import eigsh
 
 from cadskin.errors import CadskinWarning, StatisticsError
 from cadskin.stats._gram import gram_and_mean, recentred, weighted_combinations
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
     from cadskin.stats.population import Population
 
 __all__ = ["fewest_modes", "fit_shape_model", "mode_signs", "weighted_eigen"]
+
+_MANY_PARTS = 300  # from here a few eigenpairs of the Gram matrix are found by iteration
 
 
 def fit_shape_model(
@@ -38,8 +41,9 @@ def fit_shape_model(
         raise StatisticsError(f"ddof must be 0 (divide by n, as Z(5)) or 1 (by n - 1), got {ddof}")
     if modes is not None and share is not None:
         raise StatisticsError("give modes or share, not both")
-    gram, mean = gram_and_mean(columns, people.weights, progress=progress)
-    if not np.isfinite(gram).all():
+    first = gram_and_mean(columns, people.weights, progress=progress)
+    gram, mean = first.gram, first.mean
+    if not np.isfinite(mean).all():
         if center != "arithmetic":
             raise StatisticsError(
                 f"center={center!r} needs complete parts; fit with missing data has the arithmetic mean only"
@@ -59,12 +63,15 @@ def fit_shape_model(
         raise StatisticsError(f"{columns.n} parts have {rank} modes with variance, {count} were asked for")
     variances, vectors = variances[:count], vectors[:, :count]
     if center != "arithmetic":
-        mean = mean + weighted_combinations(columns, mean, (q / q.sum())[:, None])[0]
+        mean = mean + weighted_combinations(columns, mean, (q / q.sum())[:, None])[0][0]
     combine = np.sqrt(q)[:, None] * vectors / np.sqrt(_norm(q, ddof) * variances)
-    shapes = weighted_combinations(columns, mean, combine)
-    signs = mode_signs(shapes, people.weights)
-    shapes *= signs[:, None]
-    shapes.flags.writeable = False  # handed over without a copy
+    shapes, peaks = weighted_combinations(columns, mean, combine)
+    area_means = combine.T @ (first.part_means - q @ first.part_means / q.sum())
+    signs = _signs(area_means, *peaks)
+    for row in np.flatnonzero(signs < 0):
+        np.negative(shapes[row], out=shapes[row])
+    for array in (shapes, mean):
+        array.flags.writeable = False  # handed over without a copy
     centred = recentred(gram, q / q.sum())
     scores = signs * (centred @ combine) / np.sqrt(variances)
     return StatisticalShapeModel(
@@ -102,7 +109,13 @@ def weighted_eigen(
     root = np.sqrt(q)
     inner = root[:, None] * recentred(gram, q / q.sum()) * root[None, :]
     count = n if largest is None else min(n, largest)
-    values, vectors = eigh(inner, subset_by_index=None if count == n else (n - count, n - 1))
+    if n >= _MANY_PARTS and count <= n // 20:  # Lanczos to machine precision, from a fixed start
+        start = np.random.default_rng(0).standard_normal(n)
+        values, vectors = eigsh(inner, k=count, v0=start, ncv=min(n, 2 * count + 20))
+        order = np.argsort(values)
+        values, vectors = values[order], vectors[:, order]
+    else:
+        values, vectors = eigh(inner, subset_by_index=None if count == n else (n - count, n - 1))
     return np.maximum(values[::-1], 0.0) / _norm(q, ddof), vectors[:, ::-1]
 
 
@@ -122,9 +135,11 @@ def fewest_modes(variances: Floats, share: float, total: float) -> int:
 
 def mode_signs(shapes: Floats, weights: Floats) -> Floats:
     """Return the factors (k,), 1 or -1, that give modes (k, d) the sign of `StatisticalShapeModel`'s rule."""
-    means = shapes @ weights
-    peaks = np.where(shapes.max(axis=1) >= -shapes.min(axis=1), 1.0, -1.0)
-    return np.where(np.abs(means) >= 0.1, np.sign(means), peaks)
+    return _signs(shapes @ weights, shapes.max(axis=1), -shapes.min(axis=1))
+
+
+def _signs(area_means: Floats, highest: Floats, deepest: Floats) -> Floats:
+    return np.where(np.abs(area_means) >= 0.1, np.sign(area_means), np.where(highest >= deepest, 1.0, -1.0))
 
 
 def _norm(q: Floats, ddof: int) -> float:

@@ -72,7 +72,7 @@ class _LearnedSampler(Sampler):
         for target, seed in zip(out, seeds, strict=False):
             generator = np.random.default_rng(seed)
             c = draw_coefficients(model, generator, self.learned.law)
-            field = model.mean + (c * model.sigmas) @ model.modes
+            field = model.fields(c)
             if self.learned.noise:
                 field = field + model.noise * generator.standard_normal(len(field))
             target[model.rows] = field

@@ -44,7 +44,8 @@ class StatisticalShapeModel:
     mean : (d,) float
         The mean skin model, Z(4) [mm].
     modes : (k, d) float
-        Z(6). Sign rule: the area mean is positive where it is at least a tenth; else the largest entry.
+        Z(6); float32 where the parts were. Sign rule: the area mean is positive where it is at least a
+        tenth; else the largest entry.
     variances : (k,) float
         Eigenvalues of the covariance Z(5) [mm²], falling.
     weights : (d,) float
@@ -95,7 +96,8 @@ class StatisticalShapeModel:
         for key, shape in shapes.items():
             value = getattr(self, key)
             if value is not None:
-                object.__setattr__(self, key, frozen(value, shape=shape, name=key))
+                kind = np.float32 if key == "modes" and value.dtype == np.float32 else np.float64
+                object.__setattr__(self, key, frozen(value, dtype=kind, shape=shape, name=key))
         if self.rows is not None:
             object.__setattr__(self, "rows", frozen(self.rows, dtype=np.int64, shape=(d,), name="rows"))
         object.__setattr__(self, "notes", tuple(self.notes))
@@ -204,7 +206,11 @@ class StatisticalShapeModel:
         StatisticsError
             A mode that the model does not have.
         """
-        return np.asarray(self.mean + (self._vector(coefficients) * self.sigmas) @ self.modes)
+        return self.fields(self._vector(coefficients))
+
+    def fields(self, coefficients: Floats) -> Floats:
+        """Return the fields (..., d) [mm] of coefficients (..., k) of all modes, in sigma units."""
+        return np.asarray(self.mean + (coefficients * self.sigmas).astype(self.modes.dtype) @ self.modes)
 
     @property
     def sigmas(self) -> Floats:
@@ -231,7 +237,8 @@ class StatisticalShapeModel:
             raise StatisticsError(f"a field of this model has {len(self.mean)} values, got shape {x.shape}")
         seen = np.isfinite(x)
         if seen.all():
-            return np.asarray(((x - self.mean) * self.weights) @ self.modes.T / self.sigmas)
+            weighted = ((x - self.mean) * self.weights).astype(self.modes.dtype)
+            return np.asarray((self.modes @ weighted) / self.sigmas)
         if seen.sum() < self.n_modes:
             raise StatisticsError(
                 f"{int(seen.sum())} observed values cannot determine {self.n_modes} coefficients; "
@@ -302,7 +309,7 @@ class StatisticalShapeModel:
         for i in range(size):
             generator = child(seed, i)
             c = draw_coefficients(self, generator, law)
-            out[i] = self.mean + (c * self.sigmas) @ self.modes
+            out[i] = self.fields(c)
             if level > 0.0:
                 out[i] += level * generator.standard_normal(len(self.mean))
         return out

@@ -136,4 +136,6 @@ def _weights(given: Any, nominal: NominalModel | None, rows: Ints | None, d: int
             areas = areas[rows]
     if areas.shape != (d,) or not np.isfinite(areas).all() or (areas <= 0).any():
         raise StatisticsError(f"weights must be {d} positive numbers, one per sample")
-    return np.asarray(areas / areas.sum(), dtype=np.float64)
+    shares = np.asarray(areas / areas.sum(), dtype=np.float64)
+    shares.flags.writeable = False
+    return shares

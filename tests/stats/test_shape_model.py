@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 import cadskin as cs
 from cadskin.errors import CadskinWarning, ReadError, StatisticsError
 from cadskin.stats import StatisticalShapeModel, load_shape_model, sample_areas
+from cadskin.stats.fitting import weighted_eigen
 from cadskin.stats.robust import part_weights
 
 
@@ -76,9 +77,9 @@ def test_memmap_is_read_by_chunks(tmp_path, monkeypatch):
     widths = []
     read = _gram.Columns.read
 
-    def watched(self, start, stop):
+    def watched(self, start, stop, room=None):
         widths.append(stop - start)
-        return read(self, start, stop)
+        return read(self, start, stop, room)
 
     monkeypatch.setattr(_gram, "_CHUNK_VALUES", 8 * 100)
     monkeypatch.setattr(_gram, "_LEAST_WIDTH", 100)
@@ -274,3 +275,17 @@ def test_unknown_names_are_refused():
         StatisticalShapeModel.fit(np.eye(4), ddof=2)
     with pytest.raises(StatisticsError, match="weights"):
         StatisticalShapeModel.fit(np.eye(4), weights=[1, 1, 1, 0])
+
+
+def test_few_modes_of_many_parts_are_the_exact_ones():
+    """The iterative eigen-solver finds double eigenvalues too."""
+    rng = np.random.default_rng(5)
+    vectors = np.linalg.qr(rng.standard_normal((400, 400)))[0]
+    vectors[:, 0] = 1.0 / 20.0  # the Gram matrix of centred fields has the constant vector in its kernel
+    vectors = np.linalg.qr(vectors)[0]
+    values = np.r_[0.0, 9.0, 9.0, 4.0, 4.0, 4.0, 1.0, np.linspace(0.5, 0.1, 393)]
+    gram = (vectors * values) @ vectors.T
+    found, basis = weighted_eigen(gram, np.ones(400), largest=8)
+    np.testing.assert_allclose(found * 399, [9, 9, 4, 4, 4, 1, 0.5, values[8]], rtol=1e-12)
+    np.testing.assert_allclose(basis.T @ basis, np.eye(8), atol=1e-12)
+    np.testing.assert_allclose(gram @ basis, basis * found * 399, atol=1e-10)
