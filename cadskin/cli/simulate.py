@@ -22,7 +22,7 @@ from cadskin.cli._options import (
     TimeLimit,
     positive,
 )
-from cadskin.cli._reading import discretise, say_what_is_compiled
+from cadskin.cli._reading import general_profile, has_tolerances, nominal_and_spec, say_what_is_compiled
 from cadskin.errors import ExportError, SpecificationError
 
 if TYPE_CHECKING:
@@ -99,15 +99,14 @@ def command(
     meshes.
     """
     from cadskin.export.runs import simulate_run
-    from cadskin.spec import read_spec
 
     _refuse(output, positive(cpk, "--cpk", unit="(Cpk)"), model, sigma)
     policies = _policies(conform)
     if model is not None:
         deviation_model(model, sigma=sigma or 1.0, length=length or 1.0)  # said before the work
-    given = None if spec is None else read_spec(spec)
-    nominals = discretise(
+    nominal, tolerances = nominal_and_spec(
         path,
+        spec,
         edge_length=edge_length,
         points=points,
         edge_length_on=edge_length_on,
@@ -117,11 +116,11 @@ def command(
         force=force,
         time_limit=time_limit,
     )
-    if len(nominals) != 1:
-        names = ", ".join(nominal.source.part or "?" for nominal in nominals)
-        raise SpecificationError(f"{path.name} has {len(nominals)} parts ({names}); choose one with --part")
-    nominal = nominals[0]
-    tolerances = _pmi(path, nominal, time_limit) if given is None else given
+    if spec is None and not has_tolerances(tolerances):
+        tolerances, width = general_profile(nominal)
+        note(
+            f"{path.name} has no tolerances and no --spec is given: every face gets a profile of {width:g} mm"
+        )
     say_what_is_compiled("fields", "checks")
     with status("matching the process to the tolerances"):
         law = _model(nominal, tolerances, model, sigma=sigma, length=length, cpk=cpk)
@@ -182,23 +181,6 @@ def _policies(text: str) -> Any:
                 raise
             found[name] = Conformity(value)  # type: ignore[arg-type]
     return found
-
-
-def _pmi(path: Path, nominal: NominalModel, time_limit: float) -> Specification:
-    """Return the tolerances of a file, or the general tolerance on every face where it has none."""
-    from cadskin.cad import read_pmi
-    from cadskin.spec import Specification, tolerance
-    from cadskin.spec.general import general_tolerance
-
-    if path.suffix.lower() in (".stp", ".step"):
-        with status(f"reading the tolerances of {path.name}"):
-            found = read_pmi(path, nominal, time_limit=time_limit or None)
-        if len(found) or found.default is not None or any(u.kind != "file" for u in found.unresolved):
-            return found
-    low, high = nominal.surface.points.min(axis=0), nominal.surface.points.max(axis=0)
-    width = general_tolerance(float((high - low).max()))
-    note(f"{path.name} has no tolerances and no --spec is given: every face gets a profile of {width:g} mm")
-    return Specification(default=tolerance("surface_profile", None, width, scope="general"))
 
 
 def _model(

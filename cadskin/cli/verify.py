@@ -7,7 +7,7 @@ from typing import Annotated, cast
 
 import typer
 
-from cadskin.cli._console import note, print_json, print_table, progress_bar, status
+from cadskin.cli._console import note, print_json, print_table, progress_bar
 from cadskin.cli._options import Json, Part, TimeLimit
 
 
@@ -53,9 +53,8 @@ def command(
     The values are those of the points of the mesh. A tolerance that could not be evaluated is listed with the
     reason, and the part then does not count as conforming.
     """
-    from cadskin.cli._reading import discretise
+    from cadskin.cli._reading import has_tolerances, nominal_and_spec
     from cadskin.errors import SpecificationError
-    from cadskin.spec import read_spec
     from cadskin.verify import Standard, Verification, verify
     from cadskin.verify.meshes import read_labelled_mesh
     from cadskin.verify.qif import write_qif
@@ -72,27 +71,8 @@ def command(
     if of is None:
         raise SpecificationError(f"{mesh.name} is a mesh: name the CAD file of its nominal part with --of")
     made = read_labelled_mesh(mesh)
-    given = None if spec is None else read_spec(spec)
-    parts = discretise(
-        of,
-        edge_length=None,
-        points=None,
-        edge_length_on=None,
-        part=part,
-        backend="cadskin",
-        allow_open=False,
-        force=False,
-        time_limit=time_limit,
-    )
-    if len(parts) != 1:
-        raise SpecificationError(f"{of} has {len(parts)} parts; choose one with --part")
-    nominal = parts[0]
-    if given is None:
-        from cadskin.cad import read_pmi
-
-        with status(f"reading the tolerances of {of.name}"):
-            given = read_pmi(of, nominal, time_limit=time_limit)
-    if not len(given) and given.default is None:
+    nominal, given = nominal_and_spec(of, spec, part=part, time_limit=time_limit)
+    if not has_tolerances(given):
         raise SpecificationError(f"{spec or of} holds no tolerances; give a spec file with --spec")
     with progress_bar("verifying") as progress:
         found = verify(

@@ -9,9 +9,8 @@ import typer
 
 from cadskin.cli._console import note, print_json
 from cadskin.cli._options import CadFile, EdgeLength, Json, Part, Points, TimeLimit
-from cadskin.cli._reading import discretise
+from cadskin.cli._reading import nominal_and_spec
 from cadskin.cli._targets import check_target
-from cadskin.errors import SpecificationError
 
 
 def command(
@@ -44,28 +43,13 @@ def command(
 
     Datum features keep their nominal shape.
     """
-    from cadskin.cad import read_pmi
     from cadskin.conform.measures import measure as weights_of
     from cadskin.conform.worst import worst_part
-    from cadskin.spec import read_spec
 
     kind = None if output is None else check_target(output, format=None, source=path)
-    given = None if spec is None else read_spec(spec)
-    nominals = discretise(
-        path,
-        edge_length=edge_length,
-        points=points,
-        edge_length_on=None,
-        part=part,
-        backend="cadskin",
-        allow_open=False,
-        force=False,
-        time_limit=time_limit,
+    nominal, tolerances = nominal_and_spec(
+        path, spec, edge_length=edge_length, points=points, part=part, time_limit=time_limit
     )
-    if len(nominals) != 1:
-        raise SpecificationError(f"{path.name} has {len(nominals)} parts; choose one with --part")
-    nominal = nominals[0]
-    tolerances = read_pmi(path, nominal, time_limit=time_limit or None) if given is None else given
     found = worst_part(nominal, tolerances, weights_of(measure, nominal))
     if output is not None and kind is not None:
         found.skin.save(output, format=kind)

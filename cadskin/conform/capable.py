@@ -90,13 +90,19 @@ def capable_model(
     with warnings.catch_warnings():  # the model itself will say it, with its own numbers
         warnings.simplefilter("ignore", CadskinWarning)
         sampler = unit.prepare(nominal)
+    excess = np.zeros(len(requirements))
+    stale = list(range(len(requirements)))  # a value changes only where a block behind it does
     for _ in range(_ROUNDS):
-        excess = _excess(nominal, bound, sampler, requirements, _of_samples(blocks, sigma))
-        if not (excess > 1.0).any():
-            break
+        asked = [requirements[k] for k in stale]
+        excess[stale] = _excess(nominal, bound, sampler, asked, _of_samples(blocks, sigma))
+        before = sigma.copy()
         for item, too_large in zip(requirements, excess, strict=True):
             for block in item.blocks if too_large > 1.0 else ():
                 sigma[block] = min(sigma[block], _shrunk(sigma[block], too_large))
+        changed = {int(block) for block in np.flatnonzero(sigma != before)}
+        stale = [k for k, item in enumerate(requirements) if item.blocks & changed]
+        if not stale:
+            break
     return GaussianField(scale * _of_samples(blocks, sigma), correlation, kernel)
 
 
