@@ -1,0 +1,133 @@
+"""Import a STEP file with its tolerances: FreeCAD's own import drops semantic PMI."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import Part
+
+from . import jobs
+from .datum import DatumProxy
+from .engine import Job
+from .faces import InputError, link_faces, warn
+from .general_tolerance import make_general
+from .objects import attach_view
+from .tolerance import ToleranceProxy
+
+__all__ = ["finish_import", "import_file", "start_import"]
+
+
+def import_file(document: Any, path: str | Path) -> list[Any]:
+    """Import the parts of a STEP file with their tolerances and datums, and wait for it.
+
+    Parameters
+    ----------
+    document : App.Document
+    path : str or Path
+
+    Returns
+    -------
+    list of App.DocumentObject
+        The parts.
+
+    Raises
+    ------
+    InputError
+        There is no such file.
+    JobError
+        The worker cannot read it.
+    """
+    return jobs.run(_request(path), keep=lambda job, values: finish_import(document, job, values))
+
+
+def start_import(document: Any, path: str | Path, on_done: Any, on_error: Any) -> Job:
+    """Begin an import; ``on_done`` is called with the parts, ``on_error`` with (kind, text)."""
+    from . import engine
+
+    def done(job: Job, values: dict[str, Any]) -> None:
+        try:
+            parts = finish_import(document, job, values)
+        except (InputError, OSError, RuntimeError) as error:
+            on_error(type(error).__name__, str(error))
+        else:
+            on_done(parts)
+
+    return engine.submit(_request(path), None, done, lambda _job, kind, text: on_error(kind, text))
+
+
+def _request(path: str | Path) -> dict[str, Any]:
+    file = Path(path)
+    if not file.is_file():
+        raise InputError(f"{file}: there is no such file")
+    return {"task": "import_step", "path": str(file.absolute())}
+
+
+def finish_import(document: Any, job: Job, values: dict[str, Any]) -> list[Any]:
+    """Make the objects of an import in a transaction of their own, and return the parts."""
+    within = document.HasPendingTransaction
+    if not within:
+        document.openTransaction("Import STEP with tolerances")
+    try:
+        parts = [_part(document, job.path(record["brep"]), record) for record in values["parts"]]
+        document.recompute()
+    except BaseException:
+        if not within:
+            document.abortTransaction()
+        raise
+    if not within:
+        document.commitTransaction()
+    return parts
+
+
+def _part(document: Any, brep: Path, record: dict[str, Any]) -> Any:
+    shape = Part.Shape()
+    shape.importBrepFromString(brep.read_text(encoding="ascii"))
+    part = document.addObject("Part::Feature", "Part")
+    part.Label, part.Shape = record["name"], shape
+    for row in record.get("datums", []):
+        _datum(document, part, row)
+    for row in record.get("tolerances", []):
+        _tolerance(document, part, row)
+    general = record.get("general")
+    if general is not None and general.get("value"):
+        made = make_general(document, part, general["value"], general["characteristic"])
+        made.Extra = json.dumps(general.get("extra", {}), ensure_ascii=False)
+    for item in record.get("unresolved", []):
+        warn(f"{record['name']}, {item['entity']} ({item['kind']}): {item['reason']}")
+    for row in record.get("dimensions", []):
+        warn(f"{record['name']}: dimension {row.get('id', '')} is not kept; only tolerances and datums are")
+    return part
+
+
+def _datum(document: Any, part: Any, row: dict[str, Any]) -> None:
+    if not row["faces"]:
+        warn(f"datum {row['letter']} of {part.Label} is on no face; it was left out")
+        return
+    obj = document.addObject("App::FeaturePython", "Datum")
+    DatumProxy(obj)
+    link_faces(obj, part, [f"Face{number}" for number in row["faces"]])
+    obj.Letter, obj.Label = row["letter"], f"Datum {row['letter']}"
+    obj.Extra = json.dumps(row.get("extra", {}), ensure_ascii=False)
+    attach_view(obj, "view_datum")
+
+
+def _tolerance(document: Any, part: Any, row: dict[str, Any]) -> None:
+    if not row["faces"]:
+        warn(
+            f"tolerance {row['id']} ({row['characteristic']}) of {part.Label} is on no face; it was left out"
+        )
+        return
+    obj = document.addObject("App::FeaturePython", "Tolerance")
+    ToleranceProxy(obj)
+    link_faces(obj, part, [f"Face{number}" for number in row["faces"]])
+    obj.Characteristic, obj.Value = row["characteristic"], row["value"] or 0.0
+    obj.Diameter, obj.Datums = bool(row.get("diameter")), row.get("datums") or ""
+    obj.Modifiers = list(row.get("modifiers") or [])
+    obj.Label = row.get("name") or f"{row['characteristic'].replace('_', ' ')} {row['id']}"
+    extra = dict(row.get("extra", {}))
+    if row.get("model"):
+        extra["model"] = row["model"]
+    obj.Extra = json.dumps(extra, ensure_ascii=False)
+    attach_view(obj, "view_tolerance")
