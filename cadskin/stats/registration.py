@@ -40,6 +40,9 @@ __all__ = ["Alignment", "Registration", "register"]
 Alignment: TypeAlias = Literal["none", "datum_frame", "least_squares", "minimum_zone", "robust"]
 ALIGNMENTS: tuple[Alignment, ...] = ("none", "datum_frame", "least_squares", "minimum_zone", "robust")
 _REACH = 4.685  # Tukey's constant: 95 % efficiency for Gaussian noise
+_STILL = (
+    0.1  # share of the scatter: after a smaller move every point still meets the same triangle, or its twin
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,9 +162,10 @@ def register(
     else:
         motion = RigidMotion() if start is None else start
     groups = _groups(nominal, alignment, features)
+    where = None
     if alignment != "none":
-        motion = _refine(cloud, nominal, motion, alignment, groups, probe_radius, progress)
-    state = _state(nominal, motion.apply(cloud), probe_radius, groups)
+        motion, where = _refine(cloud, nominal, motion, alignment, groups, probe_radius, progress)
+    state = _state(nominal, motion.apply(cloud), probe_radius, groups, where=where)
     if alignment != "none":
         _check_fit(state, nominal)
     return _described(state, nominal, motion, alignment, notes)
@@ -203,8 +207,11 @@ def _refine(
     groups: list[Bools],
     probe_radius: float,
     progress: Progress | None,
-) -> RigidMotion:
-    """Robust steps on few points first, then on all, at last the criterion that was asked for."""
+) -> tuple[RigidMotion, Contacts | None]:
+    """Robust steps on few points first, then on all, at last the criterion that was asked for.
+
+    The contacts of all points come back too where they still hold at the last pose.
+    """
     everything = [np.ones(len(nominal.faces), dtype=bool)]
     stride = max(1, len(cloud) // 5000)
     stages: list[tuple[Points, Alignment, list[Bools], int]] = [
@@ -213,11 +220,13 @@ def _refine(
     ]
     if alignment != "robust":
         stages.append((cloud, alignment, groups, 12))
+    where: Contacts | None = None
     for done, (points, criterion, stage_groups, limit) in enumerate(stages):
         report(progress, done, len(stages))
-        motion = _iterate(points, nominal, motion, criterion, stage_groups, probe_radius, limit)
+        known = where if points is cloud and done == 2 else None
+        motion, where = _iterate(points, nominal, motion, criterion, stage_groups, probe_radius, limit, known)
     report(progress, len(stages), len(stages))
-    return motion
+    return motion, where
 
 
 def _iterate(
@@ -228,11 +237,13 @@ def _iterate(
     groups: list[Bools],
     probe_radius: float,
     limit: int,
-) -> RigidMotion:
+    where: Contacts | None = None,
+) -> tuple[RigidMotion, Contacts | None]:
+    """Take steps until they are far below the scatter; contacts are sought anew only after a real move."""
     centre, radius = _middle(nominal)
     reach = np.inf
     for _ in range(limit):
-        state = _state(nominal, motion.apply(points), probe_radius, groups, reach)
+        state = _state(nominal, motion.apply(points), probe_radius, groups, reach, where)
         reach = 100.0 * state.scale + probe_radius  # far points are outliers: they need no foot any more
         if state.usable.sum() < 6:
             raise StatisticsError(
@@ -242,10 +253,11 @@ def _iterate(
         step = _step(state, criterion, groups, centre, radius)
         motion = small_motion(step, centre).after(motion)
         moved = float(np.abs(step * np.array([1, 1, 1, radius, radius, radius])).max())
+        where = state.where if moved < _STILL * state.scale else None
         # far below what the scatter of the points lets the pose be known to
         if moved < 1e-9 * radius + 0.1 * state.scale / np.sqrt(state.usable.sum()):
             break
-    return motion
+    return motion, where
 
 
 def _state(
@@ -254,8 +266,9 @@ def _state(
     probe_radius: float,
     groups: list[Bools],
     limit: float = np.inf,
+    where: Contacts | None = None,
 ) -> _State:
-    where = contacts(nominal, points, limit=limit)
+    where = contacts(nominal, points, limit=limit) if where is None else where
     distances = signed_distances(nominal, points, where) - probe_radius
     chosen = np.logical_or.reduce(groups)[where.faces]
     usable = chosen & ~where.on_edge & np.isfinite(distances)
