@@ -9,7 +9,15 @@ import numpy as np
 from cadskin.errors import SpecificationError
 from cadskin.shape.association import Minimax, Pose, associate
 from cadskin.verify.evaluation import Evaluation, active_of
-from cadskin.verify.zones import line_patch, plane_patch, solve, tilted_direction, turned_towards
+from cadskin.verify.turns import closest_turn
+from cadskin.verify.zones import (
+    line_patch,
+    plane_patch,
+    solve,
+    tilted_direction,
+    turned_about,
+    turned_towards,
+)
 
 if TYPE_CHECKING:
     from cadskin._typing import Points, Vectors
@@ -136,9 +144,11 @@ def _smallest(
     local = tilted_direction(normal_angle)
     if zone == "planes":
         free: tuple[int, ...] = (5,) if tilted and may_turn else ()
-        found = solve(
-            [(plane_patch(local), points)], Pose(centre, turned, np.zeros(2)), free, "zone", what=what
-        )
+        part = [(plane_patch(local), points)]
+        if free:
+            turn, _ = closest_turn((np.asarray(points) - centre) @ turned, normal_angle)
+            turned = turned_about(turned, turn)
+        found = solve(part, Pose(centre, turned, np.zeros(2)), free, "zone", what=what)
         return found, found.pose.axes @ local
     moves = (0, 1) if np.cos(normal_angle) > 0.5 else (1, 2)
     free = (*moves, 5) if tilted and may_turn else moves
