@@ -48,6 +48,7 @@ __all__ = [
     "find_faces",
     "general_tolerance",
     "import_step",
+    "join_skins",
     "probe",
     "report",
     "result",
@@ -117,8 +118,8 @@ def add_tolerance(
     Raises
     ------
     InputError
-        No face, an edge, a value of 0 or less, a characteristic that has no meaning on such a face, a datum that is
-        not there.
+        No face, an edge, a value of 0 or less, a characteristic that has no meaning on such a face, a datum
+        that is not there.
     """
     if not value > 0:
         raise InputError(f"the value of a tolerance must be above 0, got {value:g} mm")
@@ -133,7 +134,7 @@ def add_tolerance(
         told = _tolerance.problem(obj)
         if told:
             raise InputError(told)
-        _join(obj)
+        join_skins(obj)
     return obj
 
 
@@ -164,7 +165,7 @@ def add_datum(part: Any, faces: Any, letter: str | None = None) -> Any:
     """
     with transaction(part.Document, "Add datum"):
         obj = _datum.make_datum(part.Document, part, faces, letter)
-        _join(obj)
+        join_skins(obj)
     return obj
 
 
@@ -178,7 +179,7 @@ def general_tolerance(part: Any, value: float, characteristic: str = "surface_pr
     """
     with transaction(part.Document, "General tolerance"):
         obj = _general.make_general(part.Document, part, value, characteristic)
-        _join(obj)
+        join_skins(obj)
     return obj
 
 
@@ -203,7 +204,7 @@ def accept_faces(obj: Any) -> None:
 
 
 def find_faces(obj: Any) -> bool:
-    """Put a tolerance, a datum or all of a skin model back on the faces that were picked, where they are found.
+    """Put a tolerance, a datum or all of a skin model back on the faces that were picked, where found.
 
     Returns
     -------
@@ -223,7 +224,7 @@ def _with_faces(obj: Any) -> list[Any]:
     return [item for item in members if is_a(item, _tolerance.TYPE) or is_a(item, _datum.TYPE)]
 
 
-def _join(obj: Any) -> None:
+def join_skins(obj: Any) -> None:
     """Enter a tolerance or datum into the skin models of its part."""
     for skin in skins(part_of(obj)):
         if obj not in skin.Tolerances:
