@@ -34,8 +34,9 @@ def verify_run(
     """
     from cadskin.export import open_run, write_text
     from cadskin.spec import read_spec
+    from cadskin.spec.binding import bound_to
     from cadskin.verify import verify
-    from cadskin.verify.general import bound_to, with_general
+    from cadskin.verify.general import with_general
     from cadskin.verify.qif import write_qif
 
     run = open_run(folder)

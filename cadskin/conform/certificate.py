@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 import cadskin
-from cadskin.conform.requirements import bound_to
 from cadskin.errors import ReadError
 from cadskin.skin.provenance import nominal_sha256
+from cadskin.spec.binding import bound_to
 from cadskin.verify import verify
 
 if TYPE_CHECKING:

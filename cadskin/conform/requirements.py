@@ -11,6 +11,7 @@ from cadskin.conform.flat import FlatPlaces, flat_places
 from cadskin.errors import AssociationError, CadskinError, SpecificationError
 from cadskin.shape.ideal import Plane
 from cadskin.skin.weld import prepare_weld, weld
+from cadskin.spec.binding import bound_to
 from cadskin.verify.extraction import MadePart
 from cadskin.verify.general import with_general
 from cadskin.verify.tolerances import evaluate
@@ -27,7 +28,6 @@ if TYPE_CHECKING:
 __all__ = [
     "Requirement",
     "Unsupported",
-    "bound_to",
     "bound_with_general",
     "made_part",
     "requirements_of",
@@ -103,13 +103,6 @@ def value_of(requirement: Requirement, part: MadePart, spec: Specification) -> f
         return evaluate(requirement.tolerance, part, spec).value
     except AssociationError:  # this sample, not the specification: no association exists for it
         return float("inf")
-
-
-def bound_to(spec: Specification, nominal: NominalModel) -> Specification:
-    """Return a specification on the faces of a part; one that stands on faces already is left as it is."""
-    selections = [*(tolerance.feature for tolerance in spec), *(datum.feature for datum in spec.datums)]
-    on_faces = all(selection.faces or not selection for selection in selections)
-    return spec if on_faces and any(selections) else spec.bind(nominal)
 
 
 def bound_with_general(spec: Specification, nominal: NominalModel) -> Specification:

@@ -17,7 +17,7 @@ from cadskin.spec.selection import FeatureSelection
 from cadskin.spec.specification import Specification
 from cadskin.spec.tolerance import Tolerance
 
-__all__ = ["bind", "bind_faces", "map_features"]
+__all__ = ["bind", "bind_faces", "bound_to", "map_features"]
 
 
 @dataclass(frozen=True)
@@ -54,6 +54,31 @@ def bind(spec: Specification, nominal: NominalModel) -> Specification:
     """
     groups = tuple(feature.face_indices for feature in nominal.features)
     return bind_faces(spec, nominal.faces, groups, features=nominal.features)
+
+
+def bound_to(spec: Specification, nominal: NominalModel) -> Specification:
+    """Return the specification on the faces of a part: itself where it stands on faces already.
+
+    It stands on faces when something in it selects any, every tolerance and datum that selects something has
+    its faces, and no selector of a datum target or dimension waits for them. (A file may give targets and
+    dimensions on curves, which are no face of the part.) A specification without a selection, such as one of
+    a general tolerance alone, is bound: that refuses contradictions, and fingerprints of another part.
+
+    Examples
+    --------
+    >>> import cadquery as cq, cadskin as cs
+    >>> part = cs.nominal(cq.Workplane().box(4, 4, 2), edge_length=2.0)
+    >>> bound = bound_to(cs.Specification(cs.flatness(">Z", 0.1)), part)
+    >>> bound["flatness-1"].feature.faces, bound_to(bound, part) is bound
+    ((5,), True)
+    """
+    main = [*(item.feature for item in spec), *(datum.feature for datum in spec.datums)]
+    other = [target.feature for datum in spec.datums for target in datum.targets]
+    other += [end for one in spec.dimensions for end in (one.feature, one.second)]
+    waits = any(one and not one.faces for one in main) or any(
+        one.selectors and not one.faces for one in other
+    )
+    return spec.bind(nominal) if waits or not any((*main, *other)) else spec
 
 
 def bind_faces(

@@ -20,6 +20,7 @@ from cadskin.verify.form import cylindricity, flatness, form, roundness, straigh
 from cadskin.verify.location import MaterialReport, Target, material_report, position, symmetry
 from cadskin.verify.median import median_line, median_points
 from cadskin.verify.orientation import orientation
+from cadskin.verify.prepared import PreparedVerification, prepare
 from cadskin.verify.profile import bezier_closest, profile
 from cadskin.verify.qif import write_qif
 from cadskin.verify.reference import reference_set
@@ -36,6 +37,7 @@ __all__ = [
     "EstablishedDatum",
     "Evaluation",
     "MaterialReport",
+    "PreparedVerification",
     "Standard",
     "Target",
     "Verification",
@@ -54,6 +56,7 @@ __all__ = [
     "median_points",
     "orientation",
     "position",
+    "prepare",
     "profile",
     "rank",
     "read_case",

@@ -25,6 +25,7 @@ from cadskin.verify.datum_types import (
     Standard,
     criterion_of,
 )
+from cadskin.verify.part_geometry import Memory
 from cadskin.verify.zones import line_patch, plane_patch, solve
 
 if TYPE_CHECKING:
@@ -278,13 +279,20 @@ def _established(
     )
 
 
-def establish(features: Sequence[DatumFeature], *, standard: Standard = "ISO 5459:2011") -> DatumFrame:
+def establish(
+    features: Sequence[DatumFeature],
+    *,
+    standard: Standard = "ISO 5459:2011",
+    memory: Memory | None = None,
+) -> DatumFrame:
     """Establish a datum system of one to three datums in their order of precedence.
 
     Parameters
     ----------
     features : sequence of DatumFeature
     standard : {"ISO 5459:2011", "ASME Y14.5.1-2019", "custom"}
+    memory : Memory, optional
+        Associations of the same points are taken from there.
 
     Returns
     -------
@@ -305,7 +313,8 @@ def establish(features: Sequence[DatumFeature], *, standard: Standard = "ISO 545
     """
     if not 1 <= len(features) <= 3:
         raise SpecificationError(f"a datum system has one to three datums, got {len(features)}")
-    primary = establish_one(features[0], standard=standard)
+    memory = Memory() if memory is None else memory
+    primary = _remembered(features[0], standard, None, memory)
     if primary.kind == "sphere":
         if len(features) > 1:
             raise SpecificationError("a datum system with a sphere first and further datums is not supported")
@@ -313,23 +322,44 @@ def establish(features: Sequence[DatumFeature], *, standard: Standard = "ISO 545
     z = -primary.direction if primary.kind == "plane" else primary.direction
     datums = [primary]
     for feature in features[1:]:
-        datums.append(_constrained(feature, z, datums, standard))
+        datums.append(_constrained(feature, z, datums, standard, memory))
     return _frame(z, datums, standard)
 
 
+def _remembered(
+    feature: DatumFeature, standard: Standard, along: Vectors | None, memory: Memory
+) -> EstablishedDatum:
+    key = (
+        "datum",
+        feature.label,
+        feature.kind,
+        feature.internal,
+        feature.criterion,
+        feature.orientation_only,
+    )
+    arrays = (feature.points, feature.hint, feature.opposite, feature.radii, feature.levels, along)
+    return memory.recall(
+        ("datum", *key, standard), arrays, lambda: establish_one(feature, standard=standard, along=along)
+    )
+
+
 def _constrained(
-    feature: DatumFeature, z: Vectors, datums: list[EstablishedDatum], standard: Standard
+    feature: DatumFeature, z: Vectors, datums: list[EstablishedDatum], standard: Standard, memory: Memory
 ) -> EstablishedDatum:
     """Establish a secondary or tertiary datum in the orientation that the datums before leave."""
     across = [d.direction for d in datums[1:] if d.kind in ("plane", "width") and abs(d.direction @ z) < 0.5]
     if not across or feature.kind not in ("plane", "width"):
-        return establish_one(feature, standard=standard, along=z)
+        return _remembered(feature, standard, z, memory)
     second = across[0]
     third = np.cross(second, z)
-    normal = associate(feature.points, "plane", "least squares", axis=feature.hint).pose.axis
+    normal = memory.recall(
+        ("normal of datum", feature.label),
+        (feature.points, feature.hint),
+        lambda: associate(feature.points, "plane", "least squares", axis=feature.hint).pose.axis,
+    )
     for fixed in (z, second, third):
         if abs(float(normal @ fixed)) > 0.98:
-            return establish_one(feature, standard=standard, along=fixed)
+            return _remembered(feature, standard, fixed, memory)
     raise AssociationError(f"datum {feature.label} is parallel to no direction of the datum system")
 
 

@@ -8,7 +8,7 @@ surface).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -16,6 +16,7 @@ import numpy as np
 
 from cadskin.errors import AssociationError, SelectionError
 from cadskin.shape.association import Pose, frame_about
+from cadskin.verify.part_geometry import Memory, PartGeometry, edges_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -35,23 +36,33 @@ class MadePart:
     surface : DiscreteShape
         The mesh of the part as made, in the coordinates of the nominal model.
     nominal : NominalModel
+    shared : PartGeometry, optional
+        What follows from the nominal model, where other made parts of it know that already.
+    memory : Memory
+        Associations of the same points, which several tolerances ask for.
     """
 
     surface: DiscreteShape
     nominal: NominalModel
+    shared: PartGeometry | None = None
+    memory: Memory = field(default_factory=Memory)
+
+    @cached_property
+    def geometry(self) -> PartGeometry:
+        """What follows from the nominal model."""
+        return PartGeometry(self.nominal) if self.shared is None else self.shared
 
     @cached_property
     def same_vertices(self) -> bool:
         """Whether the mesh has the vertices of the nominal mesh (a skin model)."""
-        nominal = self.nominal.surface
-        return self.surface.n_points == nominal.n_points and np.array_equal(
-            self.surface.triangles, nominal.triangles
+        made, nominal = self.surface, self.nominal.surface
+        return made.n_points == nominal.n_points and (
+            made.triangles is nominal.triangles or np.array_equal(made.triangles, nominal.triangles)
         )
 
     def features(self, faces: Sequence[int]) -> tuple[Feature, ...]:
         """Return the features of B-rep faces, each once."""
-        found = {self.nominal.feature_of(face).id: self.nominal.feature_of(face) for face in faces}
-        return tuple(found.values())
+        return self.geometry.features(faces)
 
     def vertex_ids(self, faces: Sequence[int]) -> Ints:
         """Return the vertices (k,) of the features of faces.
@@ -61,17 +72,16 @@ class MadePart:
         SelectionError
             The mesh has no triangle of them.
         """
-        features = self.features(faces)
-        if self.same_vertices:
-            return np.unique(np.concatenate([feature.vertex_ids for feature in features]))
-        return np.unique(self.triangles(faces))
+        return self.geometry.vertex_ids(faces) if self.same_vertices else np.unique(self.triangles(faces))
 
     def triangles(self, faces: Sequence[int]) -> Ints:
         """Return the triangles (t, 3) of the features of faces."""
-        indices = [index for feature in self.features(faces) for index in feature.face_indices]
+        if self.same_vertices:
+            return self.geometry.triangles(faces)
+        indices = self.geometry.indices(faces)
         chosen = self.surface.triangles[np.isin(self.surface.face_ids, indices)]
         if not len(chosen):
-            raise SelectionError(f"the mesh has no triangle with the labels {indices}")
+            raise SelectionError(f"the mesh has no triangle with the labels {list(indices)}")
         return chosen
 
     def points(self, faces: Sequence[int]) -> Points:
@@ -80,14 +90,11 @@ class MadePart:
 
     def nominal_points(self, faces: Sequence[int]) -> Points:
         """Return the nominal points (m, 3) of faces [mm]."""
-        ids = np.unique(np.concatenate([feature.vertex_ids for feature in self.features(faces)]))
-        return np.ascontiguousarray(self.nominal.surface.points[ids])
+        return np.ascontiguousarray(self.nominal.surface.points[self.geometry.vertex_ids(faces)])
 
     def edges(self, faces: Sequence[int]) -> Ints:
         """Return the mesh edges (e, 2) of faces, each once."""
-        triangles = self.triangles(faces)
-        sides = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-        return np.asarray(np.unique(sides, axis=0))
+        return self.geometry.edges(faces) if self.same_vertices else edges_of(self.triangles(faces))
 
 
 def axial_sections(part: MadePart, faces: Sequence[int], pose: Pose, count: int) -> list[Points]:

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from cadskin.shape import Feature, NominalModel
     from cadskin.spec import Specification, Tolerance
 
-__all__ = ["bound_to", "with_general"]
+__all__ = ["with_general"]
 
 # A general form tolerance speaks of the features that have that form.
 _FORMS: dict[str, tuple[type, ...]] = {
@@ -20,13 +20,6 @@ _FORMS: dict[str, tuple[type, ...]] = {
     "roundness": (Cylinder, Cone, Sphere, Torus),
     "cylindricity": (Cylinder,),
 }
-
-
-def bound_to(spec: Specification, nominal: NominalModel) -> Specification:
-    """Return the specification on the faces of a part: itself where it is bound already."""
-    selections = [*(tolerance.feature for tolerance in spec), *(datum.feature for datum in spec.datums)]
-    bound = all(selection.faces or not selection for selection in selections)
-    return spec if bound else spec.bind(nominal)
 
 
 def with_general(spec: Specification, nominal: NominalModel) -> Specification:

@@ -8,11 +8,22 @@ import numpy as np
 
 from cadskin.errors import AssociationError
 from cadskin.shape.association import associate
+from cadskin.verify._circles import gaussian_circles
 
 if TYPE_CHECKING:
-    from cadskin._typing import Floats, Points, Vectors
+    from collections.abc import Sequence
 
-__all__ = ["median_line", "median_points", "split_sections"]
+    from cadskin._typing import Floats, Ints, Points, Vectors
+    from cadskin.shape.association import Pose
+
+__all__ = [
+    "heights_at",
+    "median_line",
+    "median_points",
+    "opposite_triangles",
+    "section_centres",
+    "split_sections",
+]
 
 
 def split_sections(points: Points, axis: Vectors, count: int | None = None) -> list[Points]:
@@ -97,3 +108,43 @@ def median_points(first: Points, second: Points) -> Points:
             f"opposite faces must be paired point by point, got {len(first)} and {len(second)} points"
         )
     return np.asarray(0.5 * (np.asarray(first) + np.asarray(second)))
+
+
+def section_centres(rings: Sequence[Points], pose: Pose) -> Points:
+    """Return the centres (k, 3) of the Gaussian circles of sections across the axis of a pose."""
+    sizes = np.array([len(ring) for ring in rings], dtype=np.int64)
+    local = pose.local(np.concatenate(rings))
+    starts = np.concatenate([[0], np.cumsum(sizes)])
+    circles, settled = gaussian_circles(np.ascontiguousarray(local[:, :2]), starts)
+    if not settled.all():
+        raise AssociationError("the Gaussian circle of a section does not exist; its points are on a line")
+    heights = np.add.reduceat(local[:, 2], starts[:-1]) / sizes
+    return np.asarray(pose.origin + np.column_stack([circles[:, :2], heights]) @ pose.axes.T)
+
+
+def opposite_triangles(own: Floats, flat: Floats) -> Ints:
+    """Return for places (n, 2) the three points (n, 3) of the Delaunay triangle around each.
+
+    Beyond the hull of ``flat`` (m, 2) the nearest point is repeated.
+    """
+    from scipy.spatial import Delaunay, cKDTree
+
+    triangulation = Delaunay(flat)
+    found = triangulation.find_simplex(own)
+    corners = np.asarray(triangulation.simplices[found], dtype=np.int64)
+    beyond = found < 0
+    if beyond.any():
+        corners[beyond] = cKDTree(flat).query(own[beyond])[1][:, None]
+    return corners
+
+
+def heights_at(own: Floats, flat: Floats, height: Floats, corners: Ints) -> Floats:
+    """Return the heights (n,) at places (n, 2), linear over triangles ``corners`` (n, 3) of ``flat``."""
+    base = flat[corners[:, 0]]
+    first, second, place = flat[corners[:, 1]] - base, flat[corners[:, 2]] - base, own - base
+    area = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
+    area = np.where(area == 0.0, np.inf, area)  # a repeated point: its own height
+    u = (place[:, 0] * second[:, 1] - place[:, 1] * second[:, 0]) / area
+    v = (first[:, 0] * place[:, 1] - first[:, 1] * place[:, 0]) / area
+    low = height[corners[:, 0]]
+    return np.asarray(low + u * (height[corners[:, 1]] - low) + v * (height[corners[:, 2]] - low))

@@ -87,9 +87,15 @@ def placement(part: MadePart, tolerance: Tolerance, spec: Specification, standar
     if not fixed:
         return Placement.everywhere()
     made = [_datum_feature(part, reference, spec, actual=True) for reference in fixed]
-    ideal = [_datum_feature(part, reference, spec, actual=False) for reference in fixed]
-    nominal = establish(ideal, standard=standard)
-    actual = establish(made, standard=standard)
+    actual = establish(made, standard=standard, memory=part.memory)
+
+    def of_nominal() -> DatumFrame:
+        ideal = [_datum_feature(part, reference, spec, actual=False) for reference in fixed]
+        return establish(ideal, standard=standard)
+
+    faces = tuple(spec.datum(letter).feature.faces for one in fixed for letter in one.letters)
+    key = ("datums", tuple(reference.text() for reference in fixed), faces, standard)
+    nominal = part.geometry.of_nominal(key, of_nominal)
     return Placement(actual, nominal, _aligned(actual, nominal), nominal.pose, actual.free)
 
 

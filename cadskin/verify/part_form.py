@@ -13,10 +13,11 @@ from cadskin.shape.ideal import Cone, Cylinder, Plane, Sphere, Torus
 from cadskin.verify.evaluation import Evaluation
 from cadskin.verify.extraction import axial_sections, meridian_sections, plane_cuts, plane_lines
 from cadskin.verify.form import form
+from cadskin.verify.median import heights_at, opposite_triangles, section_centres
 from cadskin.verify.supported import form_parameter
 
 if TYPE_CHECKING:
-    from cadskin._typing import Points, Vectors
+    from cadskin._typing import Ints, Points, Vectors
     from cadskin.shape import Feature
     from cadskin.spec import Tolerance
     from cadskin.verify.extraction import MadePart
@@ -194,27 +195,41 @@ def axis_pose(feature: Feature, points: Points) -> Pose:
 
 def median_line_of(part: MadePart, faces: tuple[int, ...], feature: Feature, sections: int) -> Points:
     """Return the centres (k, 3) of Gaussian circles in sections across the axis of the Gaussian cylinder."""
-    pose = axis_pose(feature, part.points(faces))
-    centres = []
-    for ring in axial_sections(part, faces, pose, sections):
-        centre = associate(ring, "circle", "least squares", section_normal=pose.axis).pose.origin
-        height = float(((ring - centre) @ pose.axis).mean())
-        centres.append(centre + height * pose.axis)
-    return np.array(centres)
+    points = part.points(faces)
+
+    def centres() -> Points:
+        pose = axis_pose(feature, points)
+        return section_centres(axial_sections(part, faces, pose, sections), pose)
+
+    return part.memory.recall(("median line", faces, sections), (points,), centres)
 
 
 def median_surface_points(part: MadePart, features: tuple[Feature, ...]) -> Points:
-    """Return the median points (n, 3) of two opposite planes: each vertex against the face beyond it."""
-    from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
+    """Return the median points (n, 3) of two opposite planes: each vertex against the face beyond it.
 
-    first, second = (part.points(feature.face_indices) for feature in features)
-    normal = _between_normal(first, second)
-    axes = frame_about(normal)
-    flat, height = second @ axes[:, :2], second @ normal
-    own = first @ axes[:, :2]
-    beyond = LinearNDInterpolator(flat, height)(own)
-    beyond = np.where(np.isfinite(beyond), beyond, NearestNDInterpolator(flat, height)(own))
-    return np.asarray(first + (0.5 * (beyond - first @ normal))[:, None] * normal)
+    Vertices and triangles of the opposite face are paired on the nominal part, so that a population shares
+    the pairs; on any other mesh they are paired as made.
+    """
+    faces = tuple(feature.face_indices for feature in features)
+    first, second = (part.points(one) for one in faces)
+
+    def median() -> Points:
+        normal = _between_normal(first, second)
+        axes = frame_about(normal)[:, :2]
+        if part.same_vertices:
+            pairs = part.geometry.of_nominal(("opposite", *faces), lambda: _nominal_pairs(part, faces))
+        else:
+            pairs = opposite_triangles(first @ axes, second @ axes)
+        beyond = heights_at(first @ axes, second @ axes, second @ normal, pairs)
+        return np.asarray(first + (0.5 * (beyond - first @ normal))[:, None] * normal)
+
+    return part.memory.recall(("median surface", *faces), (first, second), median)
+
+
+def _nominal_pairs(part: MadePart, faces: tuple[tuple[int, ...], ...]) -> Ints:
+    first, second = (part.nominal_points(one) for one in faces)
+    axes = frame_about(_between_normal(first, second))[:, :2]
+    return opposite_triangles(first @ axes, second @ axes)
 
 
 def _between_normal(first: Points, second: Points) -> Vectors:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -184,11 +183,11 @@ def profile_parts(
     parts = []
     for faces in members:
         for feature in part.features(faces):
-            parts.append((_patch(feature, place, offset), part.points(feature.face_indices)))
+            parts.append((_patch(part, feature, place, offset), part.points(feature.face_indices)))
     return parts
 
 
-def _patch(feature: Feature, place: Placement, offset: float) -> Patch:
+def _patch(part: MadePart, feature: Feature, place: Placement, offset: float) -> Patch:
     """Return the nominal surface of a feature in the datum frame, positive out of the material."""
     ideal, sign = feature.ideal, -1.0 if feature.internal else 1.0
 
@@ -209,17 +208,10 @@ def _patch(feature: Feature, place: Placement, offset: float) -> Patch:
     if isinstance(ideal, Torus):
         place_ = placed(ideal.centre, ideal.axis, ideal.minor_radius, ideal.major_radius)
         return Patch(TORUS, place_, sign, offset)
+    closest = part.geometry.of_nominal(("closest points", feature.id), lambda: _closest_points(feature))
     origin, axes = place.in_frame(np.zeros(3)), np.ascontiguousarray(place.nominal_frame.axes.T)
-    return Patch(FREEFORM, Pose(origin, axes, np.zeros(2)), 1.0, offset, _freeform(feature))
+    return Patch(FREEFORM, Pose(origin, axes, np.zeros(2)), 1.0, offset, closest)
 
 
-_SURFACES: WeakKeyDictionary[Feature, ClosestPoints] = WeakKeyDictionary()
-
-
-def _freeform(feature: Feature) -> ClosestPoints:
-    """Return the closest-point function of a freeform feature, made once."""
-    found = _SURFACES.get(feature)
-    if found is None:
-        samples = (feature.points, feature.normals, feature.curvatures, feature.directions)
-        found = _SURFACES[feature] = sampled_closest(*samples)
-    return found
+def _closest_points(feature: Feature) -> ClosestPoints:
+    return sampled_closest(feature.points, feature.normals, feature.curvatures, feature.directions)

@@ -22,7 +22,8 @@ import numpy as np
 
 from cadskin.errors import SpecificationError
 from cadskin.shape.ideal import Cone, Cylinder, Plane, Sphere
-from cadskin.verify.general import bound_to, with_general
+from cadskin.spec.binding import bound_to
+from cadskin.verify.general import with_general
 from cadskin.verify.part_datums import requirement_of
 
 if TYPE_CHECKING:

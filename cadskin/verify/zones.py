@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cadskin.errors import SpecificationError
+from cadskin._arrays import frozen
+from cadskin.errors import AssociationError, SpecificationError
 from cadskin.shape.association import Minimax, Patch, Pose, concatenate, frame_about, minimax, rotation
 from cadskin.shape.association._kernels import CYLINDER, PLANE, SPHERE
-from cadskin.shape.association.associate import checked_points
 
 if TYPE_CHECKING:
     from cadskin._typing import Points, Vectors
@@ -70,13 +70,21 @@ def solve(
     what : str
         Named in errors.
     """
-    checked = [(patch, checked_points(points, least=1, what=what)) for patch, points in parts]
+    checked = [(patch, _finite(points, what)) for patch, points in parts]
     base = rounded_base(np.concatenate([points for _, points in checked]))
     moved = [(patch, points - base) for patch, points in checked]
     start = Pose(frame.origin - base, frame.axes, frame.shape)
     found = minimax(concatenate(moved), start, free, mode)
     pose = Pose(found.pose.origin + base, found.pose.axes, found.pose.shape)
     return _with_pose(found, pose)
+
+
+def _finite(points: Points, what: str) -> Points:
+    """Return points (n, 3), finite and at least one."""
+    cloud: Points = frozen(points, shape=(None, 3), name=f"points of {what}")
+    if not len(cloud):
+        raise AssociationError(f"{what}: a feature without points; extract some")
+    return cloud
 
 
 def _with_pose(found: Minimax, pose: Pose) -> Minimax:
