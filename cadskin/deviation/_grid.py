@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from cadskin._jit import fast_kernel
-from cadskin.deviation._linear import COLUMNS, columns_of, weighted_sums
-from cadskin.deviation._patch_fields import PatchField, unit_cholesky
+from cadskin.deviation._linear import COLUMNS, STRIP, columns_of, weighted_sums
+from cadskin.deviation._patch_fields import PatchField, SampledPlaces, unit_cholesky
 from cadskin.deviation.kernels import correlation
 from cadskin.errors import DeviationError
 
@@ -73,7 +73,7 @@ class GridField(PatchField):
         weights, kept = _axis_weights(place - cell)
         self.weights = weights
         strides = np.cumprod([1, *self.shape[:0:-1]])[::-1]
-        self.first = (cell @ strides).astype(np.int32)
+        self.first = (cell @ strides).astype(np.uint32)
         self.offsets = _offsets(strides)
         self.latent = int(np.prod(self.shape))
         self.certificate = float((1.0 - kept).max())
@@ -82,8 +82,11 @@ class GridField(PatchField):
             f"largest kriging variance {self.certificate:.2g}"
         )
 
-    def apply(self, noise: NDArray[np.float32], out: NDArray[np.float32]) -> None:
+    def write(
+        self, noise: NDArray[np.float32], scratch: NDArray[np.float32], places: SampledPlaces, out: Floats
+    ) -> None:
         """Colour the noise along each axis, then interpolate."""
+        del scratch
         values = columns_of(noise)
         for axis, factor in enumerate(self.factors):
             before = int(np.prod(self.shape[:axis]))
@@ -92,7 +95,9 @@ class GridField(PatchField):
             for slab, target in zip(slabs, coloured, strict=True):
                 weighted_sums(factor, slab, True, target)
             values = coloured
-        _interpolate(values.reshape(self.latent, COLUMNS), self.first, self.offsets, self.weights, out)
+        stencil = (self.first, self.offsets, self.weights)
+        placed = (places.points, places.scale, places.samples)
+        _interpolate(values.reshape(self.latent, COLUMNS), *stencil, *placed, out)
 
 
 def _axis_factor(count: int) -> NDArray[np.float32]:
@@ -115,36 +120,49 @@ def _axis_weights(place: Floats) -> tuple[NDArray[np.float32], Floats]:
     return (weights / np.sqrt(kept)[..., None]).astype(np.float32), kept.prod(axis=1)
 
 
-def _offsets(strides: Ints) -> NDArray[np.int32]:
+def _offsets(strides: Ints) -> NDArray[np.uint32]:
     """Node offsets of the stencil, the last axis running fastest."""
     grid = np.meshgrid(*[stride * np.arange(_STENCIL) for stride in strides], indexing="ij")
-    return np.asarray(sum(grid), dtype=np.int32).ravel()
+    return np.asarray(sum(grid), dtype=np.uint32).ravel()
 
 
 @fast_kernel
-def _interpolate(values: Any, first: Any, offsets: Any, weights: Any, out: Any) -> None:
-    """out[r, i] = sum over the stencil of the product of the axis weights times values[node, r]."""
-    n, d, stencil = weights.shape
-    strip = np.zeros((16, COLUMNS), dtype=np.float32)
+def _interpolate(
+    values: Any,
+    first: Any,
+    offsets: Any,
+    weights: Any,
+    places: Any,
+    scale: Any,
+    samples: Any,
+    out: Any,
+) -> None:
+    """out[r, samples[s]] = scale[s] sum of axis weights times values[node, r], the stencil of places[s]."""
+    _, d, stencil = weights.shape
+    strip = np.zeros((STRIP, COLUMNS), dtype=np.float32)
     outer = offsets.size // (stencil * stencil)
-    for begin in range(0, n, 16):
-        end = min(begin + 16, n)
-        for i in range(begin, end):
-            row = strip[i - begin]
+    for begin in range(0, places.size, STRIP):
+        end = min(begin + STRIP, places.size)
+        for s in range(begin, end):
+            i = places[s]
+            row = strip[s - begin]
             for r in range(COLUMNS):
                 row[r] = 0.0
             for a in range(outer):
                 wa = weights[i, 0, a] if d == 3 else np.float32(1.0)
-                for b in range(stencil):
-                    wab = wa * weights[i, d - 2, b]
-                    w0, w1 = wab * weights[i, d - 1, 0], wab * weights[i, d - 1, 1]
-                    w2, w3 = wab * weights[i, d - 1, 2], wab * weights[i, d - 1, 3]
-                    j = first[i] + offsets[(a * stencil + b) * stencil]  # the four are neighbours
+                for b in range(0, stencil, 2):  # two lines of four neighbours
+                    u, v = wa * weights[i, d - 2, b], wa * weights[i, d - 2, b + 1]
+                    w0, w1 = weights[i, d - 1, 0], weights[i, d - 1, 1]
+                    w2, w3 = weights[i, d - 1, 2], weights[i, d - 1, 3]
+                    j = first[i] + offsets[(a * stencil + b) * stencil]
+                    k = first[i] + offsets[(a * stencil + b + 1) * stencil]
                     for r in range(COLUMNS):
                         row[r] += (
-                            w0 * values[j, r] + w1 * values[j + 1, r]
-                            + w2 * values[j + 2, r] + w3 * values[j + 3, r]
-                        )  # fmt: skip
-        for r in range(COLUMNS):
-            for i in range(begin, end):
-                out[r, i] = strip[i - begin, r]
+                            w0 * (u * values[j, r] + v * values[k, r])
+                            + w1 * (u * values[j + 1, r] + v * values[k + 1, r])
+                            + w2 * (u * values[j + 2, r] + v * values[k + 2, r])
+                            + w3 * (u * values[j + 3, r] + v * values[k + 3, r])
+                        )
+        for r in range(out.shape[0]):
+            for s in range(begin, end):
+                out[r, samples[s]] = scale[s] * strip[s - begin, r]

@@ -16,8 +16,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from cadskin._jit import fast_kernel, kernel
-from cadskin.deviation._linear import COLUMNS, columns_of, rows_of
-from cadskin.deviation._patch_fields import DenseField, PatchField
+from cadskin.deviation._linear import COLUMNS, STRIP, columns_of, rows_of
+from cadskin.deviation._patch_fields import DenseField, PatchField, SampledPlaces, WholeField
 from cadskin.deviation.kernels import correlation_of, kernel_code, squared_distance
 
 if TYPE_CHECKING:
@@ -37,6 +37,7 @@ VECCHIA_NEIGHBOURS = {
 }
 _NUGGET = 1e-7
 _VECCHIA_NUGGET = 1e-5  # smaller ones make the squared exponential worse
+_STENCIL = 16  # coarse points each value is predicted from
 _DENSE_COARSE = 3000  # largest coarse field that is sampled exactly
 
 
@@ -50,8 +51,6 @@ class TwoLevelField(PatchField):
     kernel : str
     spacing : float
         Distance of the coarse points in correlation lengths.
-    neighbours : int
-        Coarse points each value is predicted from; a multiple of four.
 
     Attributes
     ----------
@@ -60,13 +59,13 @@ class TwoLevelField(PatchField):
         rows are scaled to unit variance.
     """
 
-    def __init__(self, points: Points, kernel: str, *, spacing: float = 0.25, neighbours: int = 16) -> None:
+    def __init__(self, points: Points, kernel: str, *, spacing: float = 0.25) -> None:
         scaled = np.ascontiguousarray(points, dtype=np.float64)
         chosen = coarse_points(scaled, spacing)
         coarse = scaled[chosen]
-        ids = _nearest(coarse, scaled, neighbours)
+        ids = _nearest(coarse, scaled, _STENCIL)
         weights, variance = _kriging_weights(coarse, scaled, ids, kernel_code(kernel), _NUGGET)
-        ids = np.maximum(ids, 0)
+        ids = np.maximum(ids, 0).astype(np.uint32)  # unsigned: no check for negative places in the loop
         self.coarse = _coarse_field(coarse, kernel)
         self.n_coarse = len(coarse)
         self.latent = self.coarse.latent
@@ -78,11 +77,15 @@ class TwoLevelField(PatchField):
             f"{self.certificate:.2g}; coarse: {self.coarse.note}"
         )
 
-    def apply(self, noise: NDArray[np.float32], out: NDArray[np.float32]) -> None:
+    def write(
+        self, noise: NDArray[np.float32], scratch: NDArray[np.float32], places: SampledPlaces, out: Floats
+    ) -> None:
         """Sample the coarse field and carry it over."""
+        del scratch
         coarse = np.zeros((COLUMNS, self.n_coarse), dtype=np.float32)
         self.coarse.apply(noise, coarse)
-        _prolong(self.neighbours, self.weights, columns_of(coarse), out)
+        placed = (places.points, places.scale, places.samples)
+        _prolong(self.neighbours, self.weights, columns_of(coarse), *placed, out)
 
 
 def _nearest(coarse: Points, points: Points, count: int) -> NDArray[np.int32]:
@@ -106,7 +109,7 @@ def kriging_interpolation(places: Points, values: Floats, points: Points) -> Flo
     return np.asarray(np.einsum("ik,ik->i", weights, values[np.maximum(ids, 0)]), dtype=np.float64)
 
 
-def _coarse_field(points: Points, kernel: str) -> PatchField:
+def _coarse_field(points: Points, kernel: str) -> WholeField:
     if len(points) <= _DENSE_COARSE:
         return DenseField(points, kernel)
     return VecchiaField(points, kernel, neighbours=VECCHIA_NEIGHBOURS[kernel])
@@ -133,7 +136,7 @@ def _cell_ids(cells: Ints) -> tuple[Ints, Ints]:
     return unique, inverse
 
 
-class VecchiaField(PatchField):
+class VecchiaField(WholeField):
     """Sequential sampling: each value given its nearest predecessors, coarse points first.
 
     Parameters
@@ -289,25 +292,35 @@ def _kriging_weights(sources: Any, targets: Any, neighbours: Any, code: int, nug
 
 
 @fast_kernel
-def _prolong(neighbours: Any, weights: Any, coarse: Any, out: Any) -> None:
-    """out[r, i] = sum_k weights[i, k] coarse[neighbours[i, k], r], in strips to write runs of a row."""
-    n, m = neighbours.shape
-    strip = np.zeros((16, COLUMNS), dtype=np.float32)
-    for first in range(0, n, 16):
-        stop = min(first + 16, n)
-        for i in range(first, stop):
-            row = strip[i - first]
-            for r in range(COLUMNS):
-                row[r] = 0.0
-            for k in range(0, m, 4):
-                w0, w1, w2, w3 = weights[i, k], weights[i, k + 1], weights[i, k + 2], weights[i, k + 3]
-                a, b = neighbours[i, k], neighbours[i, k + 1]
-                c, d = neighbours[i, k + 2], neighbours[i, k + 3]
-                for r in range(COLUMNS):
-                    row[r] += w0 * coarse[a, r] + w1 * coarse[b, r] + w2 * coarse[c, r] + w3 * coarse[d, r]
-        for r in range(COLUMNS):
-            for i in range(first, stop):
-                out[r, i] = strip[i - first, r]
+def _prolong(
+    neighbours: Any, weights: Any, coarse: Any, places: Any, scale: Any, samples: Any, out: Any
+) -> None:
+    """out[r, samples[s]] = scale[s] sum_k weights[i, k] coarse[neighbours[i, k], r], i = places[s]."""
+    strip = np.zeros((STRIP, COLUMNS), dtype=np.float32)
+    for first in range(0, places.size, STRIP):
+        stop = min(first + STRIP, places.size)
+        for s in range(first, stop):
+            _eight_terms(neighbours, weights, places[s], 0, coarse, np.float32(0.0), strip, s - first)
+            _eight_terms(neighbours, weights, places[s], 8, coarse, np.float32(1.0), strip, s - first)
+        for r in range(out.shape[0]):
+            for s in range(first, stop):
+                out[r, samples[s]] = scale[s] * strip[s - first, r]
+
+
+@fast_kernel
+def _eight_terms(
+    ids: Any, weights: Any, i: int, k: int, coarse: Any, kept: float, out: Any, line: int
+) -> None:
+    """Add eight weighted rows of ``coarse`` to ``kept`` times a line of ``out``; weights stay in registers."""
+    w0, w1, w2, w3 = weights[i, k], weights[i, k + 1], weights[i, k + 2], weights[i, k + 3]
+    w4, w5, w6, w7 = weights[i, k + 4], weights[i, k + 5], weights[i, k + 6], weights[i, k + 7]
+    a, b, c, d = ids[i, k], ids[i, k + 1], ids[i, k + 2], ids[i, k + 3]
+    e, f, g, h = ids[i, k + 4], ids[i, k + 5], ids[i, k + 6], ids[i, k + 7]
+    for r in range(COLUMNS):
+        out[line, r] = kept * out[line, r] + (
+            w0 * coarse[a, r] + w1 * coarse[b, r] + w2 * coarse[c, r] + w3 * coarse[d, r]
+            + w4 * coarse[e, r] + w5 * coarse[f, r] + w6 * coarse[g, r] + w7 * coarse[h, r]
+        )  # fmt: skip
 
 
 @fast_kernel

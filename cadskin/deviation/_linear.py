@@ -21,9 +21,19 @@ if TYPE_CHECKING:
 
     from cadskin._typing import Floats, Ints
 
-__all__ = ["COLUMNS", "LinearSampler", "columns_of", "rows_of", "weighted_sums"]
+__all__ = [
+    "COLUMNS",
+    "STRIP",
+    "LinearSampler",
+    "NodewiseSampler",
+    "columns_of",
+    "rows_of",
+    "spread",
+    "weighted_sums",
+]
 
 _STRIP = 256  # columns whose sums stay in the first-level cache
+STRIP = 64  # points interpolated before they are written: runs of a row
 COLUMNS = 32  # a literal: the compiled code has it inside, and its cache looks at this file only
 
 
@@ -32,25 +42,21 @@ class LinearSampler(Sampler):
 
     Parameters
     ----------
-    node_of_sample : (n_c,) int
-        Node whose value each feature sample takes.
-    scale : (n_c,) float
-        Standard deviation at each feature sample [mm].
+    n_samples : int
     latent : int
         Number of standard normal numbers of one field.
     n_nodes : int
+        Width of the scratch memory that `write` gets.
     """
 
-    def __init__(self, node_of_sample: Ints, scale: Floats, latent: int, n_nodes: int) -> None:
-        self.node_of_sample = np.ascontiguousarray(node_of_sample, dtype=np.int32)
-        self.scale = np.ascontiguousarray(scale, dtype=np.float64)
+    def __init__(self, n_samples: int, latent: int, n_nodes: int) -> None:
+        self.n_samples = n_samples
         self.latent = latent
         self.n_nodes = n_nodes
-        self.n_samples = len(self.node_of_sample)
 
     @abstractmethod
-    def colour(self, noise: NDArray[np.float32], out: NDArray[np.float32]) -> None:
-        """Write the unit fields of noise (COLUMNS, latent) into ``out`` (COLUMNS, n_nodes)."""
+    def write(self, noise: NDArray[np.float32], fields: NDArray[np.float32], out: Floats) -> None:
+        """Write the deviations of noise (COLUMNS, latent); ``fields`` (COLUMNS, n_nodes) is scratch."""
 
     def transform(self, noise: NDArray[Any]) -> Floats:
         """Return the deviation fields (k, n_c) [mm] of standard normal numbers (k, latent)."""
@@ -60,8 +66,7 @@ class LinearSampler(Sampler):
         for start in range(0, len(noise), COLUMNS):
             rows = noise[start : start + COLUMNS]
             block[: len(rows)] = rows
-            self.colour(block, fields)
-            _spread(fields, self.node_of_sample, self.scale, out[start : start + COLUMNS])
+            self.write(block, fields, out[start : start + COLUMNS])
         return out
 
     def fill(self, seeds: Sequence[np.random.SeedSequence], out: Floats) -> None:
@@ -70,16 +75,44 @@ class LinearSampler(Sampler):
         fields = np.zeros((COLUMNS, self.n_nodes), dtype=np.float32)
         for start in range(0, len(seeds), COLUMNS):
             fill_normals(seeds[start : start + COLUMNS], block)
-            self.colour(block[:, : self.latent], fields)
-            _spread(fields, self.node_of_sample, self.scale, out[start : start + COLUMNS])
+            self.write(block[:, : self.latent], fields, out[start : start + COLUMNS])
+
+
+class NodewiseSampler(LinearSampler):
+    """A field on nodes whose values the samples take.
+
+    Parameters
+    ----------
+    node_of_sample : (n_c,) int
+        Node whose value each feature sample takes.
+    scale : (n_c,) float
+        Standard deviation at each feature sample [mm].
+    latent : int
+    n_nodes : int
+    """
+
+    def __init__(self, node_of_sample: Ints, scale: Floats, latent: int, n_nodes: int) -> None:
+        super().__init__(len(node_of_sample), latent, n_nodes)
+        self.node_of_sample = np.ascontiguousarray(node_of_sample, dtype=np.uint32)
+        self.scale = np.ascontiguousarray(scale, dtype=np.float64)
+        self._everywhere = np.arange(self.n_samples, dtype=np.uint32)
+
+    @abstractmethod
+    def colour(self, noise: NDArray[np.float32], out: NDArray[np.float32]) -> None:
+        """Write the unit fields of noise (COLUMNS, latent) into ``out`` (COLUMNS, n_nodes)."""
+
+    def write(self, noise: NDArray[np.float32], fields: NDArray[np.float32], out: Floats) -> None:
+        """Make the field, then scale it at the samples."""
+        self.colour(noise, fields)
+        spread(fields, self.node_of_sample, self.scale, self._everywhere, out)
 
 
 @kernel
-def _spread(fields: Any, node_of_sample: Any, scale: Any, out: Any) -> None:
-    """Deviation of each sample = scale * field of its node."""
+def spread(fields: Any, places: Any, scale: Any, samples: Any, out: Any) -> None:
+    """out[:, samples[i]] = scale[i] fields[:, places[i]]."""
     for row in range(out.shape[0]):
-        for i in range(out.shape[1]):
-            out[row, i] = scale[i] * fields[row, node_of_sample[i]]
+        for i in range(samples.size):
+            out[row, samples[i]] = scale[i] * fields[row, places[i]]
 
 
 @kernel

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from cadskin._jit import fast_kernel, kernel
-from cadskin.deviation._linear import weighted_sums
+from cadskin.deviation._linear import spread, weighted_sums
 from cadskin.deviation.kernels import correlation_matrix, correlation_of, kernel_code, squared_distance
 from cadskin.errors import DeviationError
 
@@ -18,7 +19,26 @@ if TYPE_CHECKING:
 
     from cadskin._typing import Floats, Points
 
-__all__ = ["DenseField", "LowRankField", "PatchField", "unit_cholesky"]
+__all__ = ["DenseField", "LowRankField", "PatchField", "SampledPlaces", "WholeField", "unit_cholesky"]
+
+
+@dataclass(frozen=True, eq=False)
+class SampledPlaces:
+    """Where the values of a patch go.
+
+    Parameters
+    ----------
+    samples : (k,) uint32
+        Columns of the deviations.
+    points : (k,) uint32
+        Row of the patch's points for each of them.
+    scale : (k,) float
+        Standard deviation [mm].
+    """
+
+    samples: NDArray[np.uint32]
+    points: NDArray[np.uint32]
+    scale: Floats
 
 
 class PatchField(ABC):
@@ -36,8 +56,29 @@ class PatchField(ABC):
     note: str
 
     @abstractmethod
+    def write(
+        self, noise: NDArray[np.float32], scratch: NDArray[np.float32], places: SampledPlaces, out: Floats
+    ) -> None:
+        """Write the fields of noise (COLUMNS, latent) into the columns of ``out`` that the places name.
+
+        ``scratch`` (COLUMNS, n) is there for those who need the whole field; memory that is not touched costs
+        nothing.
+        """
+
+
+class WholeField(PatchField):
+    """A field that is made on all points at once."""
+
+    @abstractmethod
     def apply(self, noise: NDArray[np.float32], out: NDArray[np.float32]) -> None:
         """Write the fields of noise (COLUMNS, latent) into ``out`` (COLUMNS, n)."""
+
+    def write(
+        self, noise: NDArray[np.float32], scratch: NDArray[np.float32], places: SampledPlaces, out: Floats
+    ) -> None:
+        """Make the field, then scale it at the places."""
+        self.apply(noise, scratch)
+        spread(scratch, places.points, places.scale, places.samples, out)
 
 
 def unit_cholesky(covariance: Floats, what: str) -> Floats:
@@ -63,7 +104,7 @@ def unit_cholesky(covariance: Floats, what: str) -> Floats:
     )
 
 
-class DenseField(PatchField):
+class DenseField(WholeField):
     """Exact: the Cholesky factor of the correlation matrix; for some hundred points.
 
     Parameters
@@ -85,7 +126,7 @@ class DenseField(PatchField):
         weighted_sums(noise, self.factor, False, out)
 
 
-class LowRankField(PatchField):
+class LowRankField(WholeField):
     """Truncated Karhunen-Loeve expansion, its span found by a pivoted Cholesky factorisation.
 
     The pivot with the largest residual variance comes next, until that variance is below ``tolerance``: a

@@ -26,7 +26,7 @@ from scipy.sparse import csr_array, dia_array
 from cadskin.deviation._cholesky import SparseCholesky
 from cadskin.deviation._kriging import coarse_points, kriging_interpolation
 from cadskin.deviation._linear import COLUMNS, columns_of, rows_of
-from cadskin.deviation._patch_fields import PatchField
+from cadskin.deviation._patch_fields import WholeField
 from cadskin.deviation._probes import probe_groups
 from cadskin.deviation.kernels import smoothness
 from cadskin.shape.operators import boundary_edges, boundary_mass, cotangent_laplacian, lumped_mass
@@ -68,7 +68,7 @@ def spectral_polynomial(kernel: str) -> tuple[float, Floats]:
     return pole, np.linalg.lstsq(basis * weight[:, None], target * weight, rcond=None)[0]
 
 
-class SurfaceField(PatchField):
+class SurfaceField(WholeField):
     """A field along the surface: two sides of a thin wall are far apart, whatever the distance in space.
 
     Parameters

@@ -13,6 +13,7 @@ import numpy as np
 from cadskin._arrays import frozen
 from cadskin.deviation._linear import LinearSampler
 from cadskin.deviation._parameters import positive
+from cadskin.deviation._patch_fields import SampledPlaces
 from cadskin.deviation._patches import PatchPoints, patch_points
 from cadskin.deviation._routes import METHODS, METRICS, make_field, make_graded_field
 from cadskin.deviation._shares import needs_numbers, number_or_share
@@ -24,7 +25,7 @@ from cadskin.errors import CadskinWarning, DeviationError
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from cadskin._typing import Bools, Floats, Ints
+    from cadskin._typing import Floats
     from cadskin.deviation._patch_fields import PatchField
     from cadskin.deviation.samplers import Sampler
     from cadskin.shape import Feature, NominalModel
@@ -159,27 +160,28 @@ class PatchwiseSampler(LinearSampler):
     ) -> None:
         starts = np.concatenate([[0], np.cumsum([len(patch.points) for patch in patches])]).astype(int)
         latents = np.concatenate([[0], np.cumsum([unit.latent for unit in unit_fields])]).astype(int)
-        node_of_sample, used = _positions(patches, starts, len(scale))
-        super().__init__(node_of_sample, np.where(used, scale, 0.0), int(latents[-1]), int(starts[-1]))
+        super().__init__(len(scale), int(latents[-1]), int(starts[-1]))
         self.fields = tuple(unit_fields)
         self.nodes_of = [slice(a, b) for a, b in pairwise(starts)]
         self.latent_of = [slice(a, b) for a, b in pairwise(latents)]
+        self.places_of = [_sampled_places(patch, scale) for patch in patches]
+        self.unused = np.setdiff1d(
+            np.arange(len(scale)), np.concatenate([patch.samples for patch in patches] or [np.zeros(0, int)])
+        )
         self.notes = tuple(unit.note for unit in unit_fields)
 
-    def colour(self, noise: NDArray[np.float32], out: NDArray[np.float32]) -> None:
+    def write(self, noise: NDArray[np.float32], fields: NDArray[np.float32], out: Floats) -> None:
         """Sample every patch from its own part of the noise."""
-        for unit, nodes, latent in zip(self.fields, self.nodes_of, self.latent_of, strict=True):
-            unit.apply(noise[:, latent], out[:, nodes])
+        out[:, self.unused] = 0.0
+        parts = zip(self.fields, self.nodes_of, self.latent_of, self.places_of, strict=True)
+        for unit, nodes, latent, places in parts:
+            unit.write(noise[:, latent], fields[:, nodes], places, out)
 
 
-def _positions(patches: Sequence[PatchPoints], starts: Ints, n_samples: int) -> tuple[Ints, Bools]:
-    """Column of each sample among the concatenated patch points, and which samples are on a patch at all."""
-    position = np.zeros(n_samples, dtype=np.int64)
-    used = np.zeros(n_samples, dtype=bool)
-    for patch, start in zip(patches, starts[:-1], strict=True):
-        position[patch.samples] = start + patch.point_of_sample
-        used[patch.samples] = True
-    return position, used
+def _sampled_places(patch: PatchPoints, scale: Floats) -> SampledPlaces:
+    return SampledPlaces(
+        patch.samples.astype(np.uint32), patch.point_of_sample.astype(np.uint32), scale[patch.samples]
+    )
 
 
 def _checked_sigma(sigma: Any, owner: object) -> Any:

@@ -18,7 +18,7 @@ from scipy.sparse.linalg import eigsh
 
 from cadskin.deviation._linear import weighted_sums
 from cadskin.deviation._parameters import finite, positive
-from cadskin.deviation._patch_fields import LowRankField, PatchField
+from cadskin.deviation._patch_fields import LowRankField, WholeField
 from cadskin.deviation._patches import PatchPoints, patch_points
 from cadskin.deviation._shares import needs_numbers, number_or_share
 from cadskin.deviation.base import MM, DeviationModel
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 __all__ = ["FactorField", "KarhunenLoeve", "Modes", "laplacian_modes", "upright"]
 
 
-class FactorField(PatchField):
+class FactorField(WholeField):
     """A field z F with a given factor F (k, n)."""
 
     def __init__(self, factor: Floats, note: str) -> None:

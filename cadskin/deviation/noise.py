@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from cadskin.deviation._linear import LinearSampler
+from cadskin.deviation._linear import NodewiseSampler
 from cadskin.deviation._shares import needs_numbers, number_or_share
 from cadskin.deviation.base import MM, DeviationModel
 from cadskin.deviation.registry import register
@@ -69,7 +69,7 @@ class WhiteNoise(DeviationModel):
         return _NoiseSampler(patches.node_of_sample, scale, patches.n_nodes, patches.n_nodes)
 
 
-class _NoiseSampler(LinearSampler):
+class _NoiseSampler(NodewiseSampler):
     def colour(self, noise: NDArray[np.float32], out: NDArray[np.float32]) -> None:
         """Take the noise as it is."""
         out[:] = noise

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from cadskin._arrays import frozen
-from cadskin.deviation._linear import LinearSampler, weighted_sums
+from cadskin.deviation._linear import NodewiseSampler, weighted_sums
 from cadskin.deviation._parameters import finite, positive
 from cadskin.deviation._shares import needs_numbers, number_or_share
 from cadskin.deviation._tangent import form_sampler
@@ -169,7 +169,7 @@ def _widths(frequencies: Floats) -> Floats:
     return np.asarray(0.5 * (np.append(steps, 0.0) + np.insert(steps, 0, 0.0)))
 
 
-class _ProfileSampler(LinearSampler):
+class _ProfileSampler(NodewiseSampler):
     """Own waves on each feature."""
 
     def __init__(self, n_samples: int, rows: Sequence[slice], blocks: Sequence[NDArray[np.float32]]) -> None:
