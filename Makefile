@@ -12,7 +12,7 @@ export OMP_NUM_THREADS ?= 1
 export NUMBA_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo lint format type layers test test-all examples conformity corpus images bench coexist ci clean
+.PHONY: help setup demo lint format type layers test test-all examples conformity corpus images bench coexist freecad ci clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*## ' $(firstword $(MAKEFILE_LIST)) | sed -E 's/^([a-z-]+):.*## /\1|/' \
@@ -64,10 +64,18 @@ bench: $(VENV)/.dev ## run the benchmarks (each prints its own table)
 coexist: $(VENV)/.base ## cadquery and build123d in one fresh environment, broken and repaired on purpose
 	$(BIN)/python tests/coexist.py
 
-ci: lint type layers test coexist ## what .ci/run calls
+# A machine without FreeCAD says so and goes on; CADSKIN_NEED_FREECAD=1 makes that an error (.ci/run on Debian).
+freecad: $(VENV)/.dev ## the workbench in a real FreeCAD, without and with a window (pictures in artifacts/freecad)
+	@if command -v freecadcmd > /dev/null; then \
+	    $(BIN)/python tests/freecad/run_headless.py && \
+	    $(BIN)/python tests/freecad/run_gui_tests.py --out artifacts/freecad; \
+	elif [ -n "$$CADSKIN_NEED_FREECAD" ]; then echo "freecad: there is no freecadcmd" >&2; exit 1; \
+	else echo "freecad: skipped, there is no freecadcmd on this machine"; fi
+
+ci: lint type layers test coexist freecad ## what .ci/run calls
 
 clean: ## remove what the other targets made
-	rm -rf $(VENV) demo build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis
+	rm -rf $(VENV) demo artifacts build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis
 	find cadskin tests examples benchmarks -name __pycache__ -prune -exec rm -rf {} +
 
 # --- environments -----------------------------------------------------------------------------------------
