@@ -11,6 +11,7 @@ from cadskin.errors import SpecificationError
 from cadskin.shape.association import Patch, Pose, frame_about
 from cadskin.shape.association._kernels import CONE, CYLINDER, PLANE, SPHERE, TORUS
 from cadskin.shape.association.models import FREEFORM
+from cadskin.verify.case_check import array_of, number_of, vector_of
 from cadskin.verify.profile import bezier_closest, profile
 
 if TYPE_CHECKING:
@@ -66,38 +67,42 @@ def nominal_patch(entry: Mapping[str, Any], offset: float = 0.0) -> Patch:
 def _patch(kind: str, entry: Mapping[str, Any], offset: float) -> Patch:
     sign = -1.0 if "towards" in str(entry.get("outward", "")).lower() else 1.0
     if "bezier" in kind:
-        control = np.asarray(entry["control_points"], dtype=np.float64)
-        closest = bezier_closest(control, weights=entry.get("weights"), outward=_side(entry.get("outward")))
+        control = array_of(entry, "control_points", last=(3,))
+        weights = array_of(entry, "weights", last=()) if "weights" in entry else None
+        closest = bezier_closest(control, weights=weights, outward=_side(entry.get("outward")))
         return Patch(FREEFORM, Pose(np.zeros(3), np.eye(3), np.zeros(2)), 1.0, offset, closest)
     if "plane" in kind:
-        normal = entry.get("outward_normal", entry.get("normal"))
-        if normal is None:
-            raise KeyError("outward_normal")
-        return Patch(PLANE, _placed(entry["point"], normal, 0.0, 0.0), 1.0, offset)
+        normal = vector_of(entry, "outward_normal" if "outward_normal" in entry else "normal", direction=True)
+        return Patch(PLANE, _placed(vector_of(entry, "point"), normal, 0.0, 0.0), 1.0, offset)
     if "cylinder" in kind:
-        place = _placed(entry["axis_point"], entry["axis"], entry["radius"], 0.0)
+        place = _placed(vector_of(entry, "axis_point"), _axis(entry), number_of(entry, "radius"), 0.0)
         return Patch(CYLINDER, place, sign, offset)
     if "sphere" in kind:
-        place = _placed(_centre(entry), [0, 0, 1], entry["radius"], 0.0)
+        place = _placed(_centre(entry), [0, 0, 1], number_of(entry, "radius"), 0.0)
         return Patch(SPHERE, place, sign, offset)
     if "cone" in kind:
-        angle = np.radians(entry["half_angle_deg"]) if "half_angle_deg" in entry else entry["half_angle"]
+        angle = number_of(entry, "half_angle_deg" if "half_angle_deg" in entry else "half_angle")
+        angle = float(np.radians(angle)) if "half_angle_deg" in entry else angle
         # The frame stands away from the apex, where the axis would be singular.
-        axis = np.asarray(entry["axis"], dtype=np.float64)
+        axis = np.asarray(_axis(entry), dtype=np.float64)
         axis = axis / np.linalg.norm(axis)
-        place = _placed(np.asarray(entry["apex"]) + axis, axis, float(np.tan(angle)), float(angle))
-        return Patch(CONE, place, sign, offset)
+        apex = np.asarray(vector_of(entry, "apex"), dtype=np.float64)
+        return Patch(CONE, _placed(apex + axis, axis, float(np.tan(angle)), angle), sign, offset)
     if "torus" in kind:
-        place = _placed(_centre(entry), entry["axis"], entry["minor_radius"], entry["major_radius"])
-        return Patch(TORUS, place, sign, offset)
+        radii = number_of(entry, "minor_radius"), number_of(entry, "major_radius")
+        return Patch(TORUS, _placed(_centre(entry), _axis(entry), *radii), sign, offset)
     raise SpecificationError(
         f"a nominal surface of type {kind!r} is not known; plane, cylinder, cone, "
         "sphere, torus, bezier patch are"
     )
 
 
+def _axis(entry: Mapping[str, Any]) -> Any:
+    return vector_of(entry, "axis", direction=True)
+
+
 def _centre(entry: Mapping[str, Any]) -> Any:
-    return entry["center"] if "center" in entry else entry["centre"]
+    return vector_of(entry, "center" if "center" in entry else "centre")
 
 
 def _placed(origin: Any, axis: Any, s0: float, s1: float) -> Pose:

@@ -8,13 +8,14 @@ from __future__ import annotations
 import csv
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from cadskin.errors import ReadError, SpecificationError
+from cadskin.verify.case_check import checked_question, without_nulls
 
 if TYPE_CHECKING:
     from cadskin._typing import Points
@@ -37,6 +38,8 @@ class Case:
         Points (n, 3) of each label [mm].
     quantity : str or None
         What is asked for; None for the characteristic itself.
+    unread : tuple of str
+        Entries of the file that no evaluation reads.
     """
 
     id: str
@@ -44,6 +47,7 @@ class Case:
     question: Mapping[str, Any]
     features: Mapping[str, Points]
     quantity: str | None
+    unread: tuple[str, ...] = ()
 
     def get(self, name: str, default: Any = None) -> Any:
         """Return an entry of the question."""
@@ -97,6 +101,7 @@ def read_case(path: str | Path) -> Case:
         raise ReadError(f"{source}: cannot be read ({error.strerror})") from error
     except ValueError as error:
         raise ReadError(f"{source}: not a JSON file ({error})") from error
+    question = without_nulls(question)
     if not isinstance(question, dict) or "characteristic" not in question:
         raise ReadError(f"{source}: not a case; an object with the entry 'characteristic' is expected")
     units = question.get("units", "mm")
@@ -104,13 +109,16 @@ def read_case(path: str | Path) -> Case:
         raise ReadError(f"{source}: units {units!r}; cases are in mm")
     reference = question.pop("reference", None)
     quantity = reference.get("quantity") if isinstance(reference, dict) else question.get("quantity")
+    name = str(question.get("id", source.stem))
+    unread = checked_question(name, question)
     points = read_points(source.parent / question.get("csv", source.with_suffix(".csv").name))
     return Case(
-        id=str(question.get("id", source.stem)),
+        id=name,
         characteristic=str(question["characteristic"]),
         question=question,
         features=points,
-        quantity=quantity,
+        quantity=None if quantity is None else str(quantity),
+        unread=unread,
     )
 
 
@@ -166,8 +174,15 @@ def evaluate_case(case: Case) -> Evaluation:
     name = case.characteristic.lower()
     for words, function in case_kinds.KINDS:
         if any(word in name for word in words):
-            return case_kinds.named(function(case), case)
+            return _with_remarks(case_kinds.named(function(case), case), case)
     known = ", ".join(words[0] for words, _ in case_kinds.KINDS)
     raise SpecificationError(
         f"case {case.id}: unknown characteristic {case.characteristic!r}; known: {known}"
     )
+
+
+def _with_remarks(found: Evaluation, case: Case) -> Evaluation:
+    """Return the evaluation with a note on what the file says and nothing here reads."""
+    if not case.unread:
+        return found
+    return replace(found, notes=(*found.notes, f"not read: {', '.join(case.unread)}"))

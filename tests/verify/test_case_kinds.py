@@ -163,6 +163,49 @@ def test_position_of_a_sphere_in_three_planes():
     assert found.value == pytest.approx(2 * 0.05, abs=1e-9)
 
 
+WALLS = {
+    "A": floor(),
+    "B": np.column_stack([floor()[:, 0], np.zeros(81), floor()[:, 1]]),
+    "C": np.column_stack([np.zeros(81), floor()[:, 0], floor()[:, 1]]),
+}
+OUTWARD = {"A": [0, 0, -1.0], "B": [0, -1.0, 0], "C": [-1.0, 0, 0]}
+PLANES = [
+    {"label": label, "feature_type": "plane", "outward_normal_hint": (TURN @ np.array(normal)).tolist()}
+    for label, normal in OUTWARD.items()
+]
+
+
+@pytest.mark.parametrize(("ted", "datums"), [(40.0, 1), ([40.0], 1), ([0.0, 0.0, 40.0], 3)])
+def test_position_of_a_plane(ted, datums):
+    """A face at 40 over A, out by 0.03 at one corner: the zone is centred on its exact place."""
+    ticks = np.linspace(-30, 30, 7)
+    u, v = (a.ravel() for a in np.meshgrid(ticks, ticks))
+    face = np.column_stack([u, v, 40.0 + 0.03 * (u == 30) * (v == 30)])
+    found = ask(
+        "position",
+        {**WALLS, "T": face},
+        datums=PLANES[:datums],
+        TED=ted,
+        toleranced={"feature": "T", "type": "plane"},
+    )
+    assert found.value == pytest.approx(0.06, abs=1e-12)
+
+
+def test_position_of_an_axis_across_another_datum():
+    """A hole drilled from the side B, at x = 20 and z = 12."""
+    y = np.linspace(0, 15, 7)
+    line = np.column_stack([np.full(7, 20.03), y, np.full(7, 12.0) - 0.04])
+    found = ask(
+        "position",
+        {**WALLS, "T": line},
+        datums=PLANES,
+        TED=[20.0, 0.0, 12.0],
+        TED_axes="x from C, y from B, axis direction = inward normal of B",
+        toleranced={"feature": "T", "type": "median line"},
+    )
+    assert found.value == pytest.approx(0.1, abs=1e-12)
+
+
 def pose():
     return {"axes": TURN.tolist(), "origin": SHIFT.tolist()}
 
@@ -280,6 +323,7 @@ def test_short_wave_filter_keeps_the_ripple():
         ("profile of a surface", {"nominal": [{"type": "sphere", "center": [0, 0, 0]}]}, "radius"),
         ("angularity", {"datums": [{"label": "S"}], "toleranced": {"feature": "S"}}, "angle"),
         ("size", {"feature_type": "banana"}, "banana"),
+        ("position", {"datums": [{"label": "S"}]}, "TED"),
     ],
 )  # fmt: skip
 def test_incomplete_questions_say_what_is_missing(characteristic, question, text):
