@@ -133,4 +133,4 @@ def number(value: float) -> str:
     """
     if value >= 100:
         return f"{value:.0f}"
-    return f"{value:.3g}"
+    return f"{0.0 if abs(value) < 1e-9 else value:.3g}"  # the height of a flat face is rounding
