@@ -17,7 +17,7 @@ from cadskin.spec.toml_write import inline, to_toml
 from cadskin.worker.request import RequestError
 
 if TYPE_CHECKING:
-    from cadskin.spec import Specification
+    from cadskin.spec import Datum, Specification
 
 __all__ = ["specification_from_tables", "tables_of_specification"]
 
@@ -78,7 +78,15 @@ def _tolerance(row: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _datum(row: Mapping[str, Any]) -> dict[str, Any]:
-    return {"on": _selectors(row, f"datum {row.get('letter')}"), **(row.get("extra") or {})}
+    faces = _selectors(row, f"datum {row.get('letter')}")
+    extra = dict(row.get("extra") or {})
+    if "targets" in extra:  # they say where the faces are touched; the datum is nothing but them
+        places = [[faces[k] for k in target.get("faces", [])] for target in extra["targets"]]
+        extra["targets"] = [
+            {**target, "faces": place} for target, place in zip(extra["targets"], places, strict=True)
+        ]
+        return extra
+    return {"on": faces, **extra}
 
 
 def _selectors(row: Mapping[str, Any], label: str) -> list[int]:
@@ -118,7 +126,7 @@ def tables_of_specification(spec: Specification) -> dict[str, Any]:
         _table(row, item.id, item.feature.faces) for row, item in zip(rows, spec.tolerances, strict=True)
     ]
     letters = values.get("datums", {})
-    datums = [_datum_table(datum.letter, datum.feature.faces, letters[datum.letter]) for datum in spec.datums]
+    datums = [_datum_table(datum, letters[datum.letter]) for datum in spec.datums]
     default = values.get("default")
     return {
         "tolerances": tables,
@@ -144,6 +152,18 @@ def _table(row: Mapping[str, Any], name: str, faces: tuple[int, ...]) -> dict[st
     }
 
 
-def _datum_table(letter: str, faces: tuple[int, ...], row: Any) -> dict[str, Any]:
+def _datum_table(datum: Datum, row: Any) -> dict[str, Any]:
+    """Return the table of a datum; the faces of its targets are positions in the list of its faces."""
     extra = {key: row[key] for key in row if key not in _OF_THE_FILE} if isinstance(row, dict) else {}
-    return {"letter": letter, "faces": [face + 1 for face in faces], "extra": extra}
+    faces = list(datum.feature.faces)
+    faces += [face for target in datum.targets for face in target.feature.faces]
+    faces = list(dict.fromkeys(faces))
+    if "targets" in extra:
+        extra["targets"] = [
+            {
+                **{key: value for key, value in values.items() if key not in _OF_THE_FILE},
+                "faces": [faces.index(face) for face in target.feature.faces],
+            }
+            for values, target in zip(extra["targets"], datum.targets, strict=True)
+        ]
+    return {"letter": datum.letter, "faces": [face + 1 for face in faces], "extra": extra}

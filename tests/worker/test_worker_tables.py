@@ -3,7 +3,16 @@
 import pytest
 
 from cadskin.errors import SpecificationError
-from cadskin.spec import FeatureSelection, Specification, flatness, position, surface_profile, tolerance
+from cadskin.spec import (
+    Datum,
+    DatumTarget,
+    FeatureSelection,
+    Specification,
+    flatness,
+    position,
+    surface_profile,
+    tolerance,
+)
 from cadskin.worker.request import RequestError
 from cadskin.worker.tables import specification_from_tables, tables_of_specification
 
@@ -54,6 +63,20 @@ def test_what_the_tables_hold_comes_back():
         ):
             assert getattr(after, key) == getattr(before, key), key
     assert back.default.value == 0.5
+
+
+def test_datum_targets_stay_on_their_faces():
+    touched = (
+        DatumTarget("A1", feature=FeatureSelection(faces=(7,)), origin=(1.0, 2.0, 0.0)),
+        DatumTarget("A2", feature=FeatureSelection(faces=(4,)), origin=(5.0, 2.0, 0.0)),
+    )
+    spec = Specification(datums=[Datum("A", FeatureSelection(), touched)], checked=False)
+    (table,) = tables_of_specification(spec)["datums"]
+    assert table["faces"] == [8, 5]
+    table["faces"] = [9, 5]  # the first of them has come to another number
+    (first, second) = specification_from_tables([], [table]).datum("A").targets
+    assert (first.feature.faces, second.feature.faces) == ((8,), (4,))
+    assert first.origin == (1.0, 2.0, 0.0)
 
 
 def test_a_tolerance_without_value_keeps_that():

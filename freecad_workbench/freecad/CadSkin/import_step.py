@@ -90,20 +90,47 @@ def _part(document: Any, brep: Path, record: dict[str, Any]) -> Any:
         _datum(document, part, row)
     for row in record.get("tolerances", []):
         _tolerance(document, part, row)
-    general = record.get("general")
-    if general is not None and general.get("value"):
+    general = _general(record)
+    if general is not None:
         made = make_general(document, part, general["value"], general["characteristic"])
         made.Extra = json.dumps(general.get("extra", {}), ensure_ascii=False)
-    for item in record.get("unresolved", []):
-        warn(f"{record['name']}, {item['entity']} ({item['kind']}): {item['reason']}")
-    for row in record.get("dimensions", []):
-        warn(f"{record['name']}: dimension {row.get('id', '')} is not kept; only tolerances and datums are")
+    _keep_notes(part, record)
     return part
+
+
+def _general(record: dict[str, Any]) -> dict[str, Any] | None:
+    """Return the general tolerance of a part: the default, or the first tolerance of all its faces."""
+    rows = [record.get("general"), *(row for row in record.get("tolerances", []) if _is_general(row))]
+    return next((row for row in rows if row is not None and row.get("value")), None)
+
+
+def _is_general(row: dict[str, Any]) -> bool:
+    return not row["faces"] and row.get("extra", {}).get("scope") in ("general", "all_over")
+
+
+def _keep_notes(part: Any, record: dict[str, Any]) -> None:
+    """Keep with the part what the file holds and the document does not, and say it."""
+    datums, tolerances = record.get("datums", []), record.get("tolerances", [])
+    notes = [f"{item['entity']} ({item['kind']}): {item['reason']}" for item in record.get("unresolved", [])]
+    notes += [f"datum {row['letter']} is on no face and was left out" for row in datums if not row["faces"]]
+    notes += [
+        f"tolerance {row['id']} is on no face and was left out"
+        for row in tolerances
+        if not row["faces"] and row is not _general(record)
+    ]
+    dimensions = record.get("dimensions", [])
+    if dimensions:
+        notes.append(f"{len(dimensions)} dimensions were left out; tolerances and datums are kept")
+    notes += record.get("notes", [])
+    if notes:
+        part.addProperty("App::PropertyStringList", "ImportNotes", "CadSkin", "What to know of the import")
+        part.ImportNotes = notes
+    for note in notes:
+        warn(f"{part.Label}: {note}")
 
 
 def _datum(document: Any, part: Any, row: dict[str, Any]) -> None:
     if not row["faces"]:
-        warn(f"datum {row['letter']} of {part.Label} is on no face; it was left out")
         return
     obj = document.addObject("App::FeaturePython", "Datum")
     DatumProxy(obj)
@@ -115,9 +142,6 @@ def _datum(document: Any, part: Any, row: dict[str, Any]) -> None:
 
 def _tolerance(document: Any, part: Any, row: dict[str, Any]) -> None:
     if not row["faces"]:
-        warn(
-            f"tolerance {row['id']} ({row['characteristic']}) of {part.Label} is on no face; it was left out"
-        )
         return
     obj = document.addObject("App::FeaturePython", "Tolerance")
     ToleranceProxy(obj)

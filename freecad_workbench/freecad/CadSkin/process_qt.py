@@ -61,7 +61,7 @@ class QtProcess:
         """Let the event loop run for up to ``timeout`` seconds."""
         deadline = time.monotonic() + timeout
         while True:
-            QtCore.QCoreApplication.processEvents(QtCore.QEventLoop.AllEvents, 20)
+            QtCore.QCoreApplication.processEvents()
             if self._told or time.monotonic() >= deadline:
                 return
             time.sleep(0.005)
@@ -94,8 +94,9 @@ class QtProcess:
         self._end(code)
 
     def _failed(self, error: Any) -> None:
-        # Only a process that did not start has no `finished` signal.
-        if error == QtCore.QProcess.FailedToStart:
+        # Only a process that did not start has no `finished` signal. Qt 6 keeps the names in an enumeration.
+        names = getattr(QtCore.QProcess, "ProcessError", QtCore.QProcess)
+        if error == getattr(names, "FailedToStart", None):
             self._end(self._process.errorString())
 
     def _end(self, code: Any) -> None:

@@ -70,6 +70,12 @@ class SkinProxy(Proxy):
         Field("App::PropertyInteger", "ShownInstance", "The one that the mesh shows", -1, HIDDEN),
     )
 
+    def onDocumentRestored(self, obj: Any) -> None:
+        """Bring an object of an older version up to date; a job of the time of saving is over."""
+        super().onDocumentRestored(obj)
+        if obj.Status.startswith("Computing"):
+            set_status(obj, "Not computed" if not has_result(obj) else "The computation was not finished")
+
     def execute(self, obj: Any) -> None:
         """Follow the placement of the part and set the status; nothing is computed here."""
         if obj.Placement != _placement(obj):
