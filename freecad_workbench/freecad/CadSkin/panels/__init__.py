@@ -1,0 +1,1 @@
+"""The task panels, one file each; `show` opens one."""

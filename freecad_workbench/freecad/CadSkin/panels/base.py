@@ -1,0 +1,161 @@
+"""What the task panels share. They are made for 270 pixels: that is what FreeCAD 0.20 gives them."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from typing import Any
+
+import FreeCADGui
+
+from ..faces import InputError
+from ..icons import icon_path
+from ..protocol import JobError
+from ..qt import QtCore, QtGui, QtWidgets, button_value, is_dark, translate
+
+__all__ = ["Panel", "Status", "fill_table", "length_box", "open_panel", "plain_table", "row_form", "silent"]
+
+_GOOD, _BAD, _CAUTION = ("#1f7a45", "#7fd6a0"), ("#b3261e", "#ff9a8f"), ("#8a5a00", "#f2c14e")
+
+
+class Panel:
+    """A task panel: ``form`` is the widget; subclasses fill ``layout``."""
+
+    title = ""
+    icon = "skin"
+    #: Whether OK and Cancel are offered, or only Close.
+    decides = False
+
+    def __init__(self) -> None:
+        self.form = QtWidgets.QWidget()
+        self.form.setWindowTitle(self.title)
+        self.form.setWindowIcon(QtGui.QIcon(icon_path(self.icon)))
+        self.layout = QtWidgets.QVBoxLayout(self.form)
+        self.layout.setContentsMargins(4, 4, 4, 4)
+        self.layout.setSpacing(6)
+        self.status = Status()
+
+    def getStandardButtons(self) -> int:
+        """Return the buttons."""
+        buttons = QtWidgets.QDialogButtonBox
+        return button_value(buttons.Ok, buttons.Cancel) if self.decides else button_value(buttons.Close)
+
+    def accept(self) -> bool:
+        """Close with OK."""
+        self.closed()
+        return True
+
+    def reject(self) -> bool:
+        """Close with Cancel or Close."""
+        self.closed()
+        return True
+
+    def closed(self) -> None:
+        """Let go of everything that was watched."""
+
+    def attempt(self, action: Any, *arguments: Any, **named: Any) -> Any:
+        """Do something; what cannot be done is told in the panel and not in a window on top of it."""
+        try:
+            return action(*arguments, **named)
+        except (InputError, JobError) as error:
+            self.status.tell(str(error), "bad")
+        return None
+
+
+class Status(QtWidgets.QLabel):
+    """A line of text, as long as it needs, in the colour of good, bad or caution."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setWordWrap(True)
+        self.setMinimumWidth(80)
+        self.setTextInteractionFlags(QtCore.Qt.TextSelectableByMouse)
+        self.setSizePolicy(QtWidgets.QSizePolicy.Ignored, QtWidgets.QSizePolicy.MinimumExpanding)
+
+    def tell(self, text: str, kind: str = "") -> None:
+        """Show a text; kind is ``good``, ``bad``, ``caution`` or nothing."""
+        colors = {"good": _GOOD, "bad": _BAD, "caution": _CAUTION}.get(kind)
+        self.setStyleSheet(f"color: {colors[is_dark(self)]};" if colors else "")
+        self.setText(text)
+
+
+def open_panel(panel: Panel) -> Panel:
+    """Show a panel in place of the one that may be open, and return it."""
+    if FreeCADGui.Control.activeDialog():
+        FreeCADGui.Control.closeDialog()
+    FreeCADGui.Control.showDialog(panel)
+    return panel
+
+
+def length_box(value: float, *, none_text: str = "") -> Any:
+    """Return a spin box for a length [mm] that shows and takes units; `none_text` stands for 0."""
+    box = FreeCADGui.UiLoader().createWidget("Gui::QuantitySpinBox")
+    box.setProperty("unit", "mm")
+    box.setProperty("minimum", 0.0)
+    box.setProperty("maximum", 1e6)
+    box.setProperty("singleStep", 0.01)
+    box.setProperty("rawValue", float(value))
+    box.setMinimumWidth(60)
+    if none_text:
+        box.setToolTip(none_text)
+    return box
+
+
+def row_form() -> QtWidgets.QFormLayout:
+    """Return a layout of labelled rows whose fields may be narrow."""
+    form = QtWidgets.QFormLayout()
+    form.setContentsMargins(0, 0, 0, 0)
+    form.setSpacing(4)
+    form.setFieldGrowthPolicy(QtWidgets.QFormLayout.AllNonFixedFieldsGrow)
+    return form
+
+
+def plain_table(headings: list[str], *, stretch: int = 0, rows: int = 4) -> QtWidgets.QTableWidget:
+    """Return a table for reading whose column `stretch` takes the room that the others leave."""
+    table = QtWidgets.QTableWidget(0, len(headings))
+    table.setHorizontalHeaderLabels(headings)
+    table.verticalHeader().hide()
+    table.verticalHeader().setDefaultSectionSize(22)
+    table.setEditTriggers(QtWidgets.QAbstractItemView.NoEditTriggers)
+    table.setSelectionBehavior(QtWidgets.QAbstractItemView.SelectRows)
+    table.setShowGrid(False)
+    table.setAlternatingRowColors(True)
+    table.setHorizontalScrollBarPolicy(QtCore.Qt.ScrollBarAlwaysOff)
+    table.setMinimumHeight(24 + 22 * rows)
+    table.setMinimumWidth(120)
+    header = table.horizontalHeader()
+    header.setMinimumSectionSize(20)
+    for column in range(len(headings)):
+        mode = QtWidgets.QHeaderView.Stretch if column == stretch else QtWidgets.QHeaderView.ResizeToContents
+        header.setSectionResizeMode(column, mode)
+    return table
+
+
+def fill_table(table: QtWidgets.QTableWidget, rows: list[tuple[list[str], str, str]]) -> None:
+    """Fill a table with rows of (texts, kind, tooltip); kind colours the last text."""
+    table.setRowCount(len(rows))
+    for number, (texts, kind, tip) in enumerate(rows):
+        for column, text in enumerate(texts):
+            item = QtWidgets.QTableWidgetItem(text)
+            item.setToolTip(tip or text)
+            if column:
+                item.setTextAlignment(QtCore.Qt.AlignRight | QtCore.Qt.AlignVCenter)
+            colors = {"good": _GOOD, "bad": _BAD, "caution": _CAUTION}.get(kind)
+            if colors and column == len(texts) - 1:
+                item.setForeground(QtGui.QColor(colors[is_dark(table)]))
+            table.setItem(number, column, item)
+
+
+@contextmanager
+def silent(*widgets: Any) -> Any:
+    """Change widgets without their signals."""
+    before = [widget.blockSignals(True) for widget in widgets]
+    try:
+        yield
+    finally:
+        for widget, blocked in zip(widgets, before):
+            widget.blockSignals(blocked)
+
+
+def shown_name(characteristic: str) -> str:
+    """Return the name of a characteristic as it is shown."""
+    return translate(characteristic.replace("_", " "))

@@ -1,0 +1,132 @@
+"""A panel that begins with a list of faces: picked in the 3D view, shown with surface and area."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..faces import faces_now, link_faces, part_of, part_problem
+from ..qt import QtWidgets, translate
+from ..signature import face_number
+from .base import Panel, fill_table, plain_table
+from .picking import FacePicker
+
+__all__ = ["FaceListPanel"]
+
+
+class FaceListPanel(Panel):
+    """Edits an object that is on faces, in a transaction that OK commits and Cancel aborts."""
+
+    decides = True
+
+    def __init__(self, obj: Any) -> None:
+        super().__init__()
+        self.obj, self.document = obj, obj.Document
+        names = list(obj.Faces[1]) if obj.Faces else []
+        self.picker = FacePicker(part_of(obj), names, self._faces_changed, self._refused)
+        self._build_list()
+        self.build()
+        self.layout.addWidget(self.status)
+        self.layout.addStretch(1)
+        self._show_faces()
+        self.connect()
+        self.pick.setChecked(True)
+        self.check()
+
+    def build(self) -> None:
+        """Add the widgets below the list."""
+
+    def connect(self) -> None:
+        """Connect them."""
+
+    def store(self, *_: Any) -> None:
+        """Write what the widgets say into the object, and check it."""
+
+    def object_problem(self) -> str | None:
+        """Say why the object cannot be used; None where it can."""
+        raise NotImplementedError
+
+    def faces_shown(self) -> None:
+        """Follow the list of faces."""
+
+    def label(self) -> str:
+        """Return the name of the object in the tree."""
+        raise NotImplementedError
+
+    def _build_list(self) -> None:
+        self.pick = QtWidgets.QPushButton(translate("Pick faces"))
+        self.pick.setCheckable(True)
+        self.pick.setToolTip(translate("While this is down, a click on a face adds it or takes it away"))
+        self.pick.toggled.connect(self._toggle_picking)
+        self.remove = QtWidgets.QPushButton(translate("Remove"))
+        self.remove.setToolTip(translate("Take the selected rows out of the list"))
+        self.remove.clicked.connect(self._remove_rows)
+        buttons = QtWidgets.QHBoxLayout()
+        buttons.addWidget(self.pick, 2)
+        buttons.addWidget(self.remove, 1)
+        self.layout.addLayout(buttons)
+        self.table = plain_table([translate("Face"), translate("Surface"), "mm²"], stretch=1, rows=3)
+        self.layout.addWidget(self.table)
+
+    def _toggle_picking(self, active: bool) -> None:
+        self.picker.set_active(active)
+        self.picker.highlight()
+
+    def _refused(self, reason: str) -> None:
+        self.status.tell(reason, "bad")
+
+    def _remove_rows(self) -> None:
+        gone = {self.picker.faces[index.row()] for index in self.table.selectionModel().selectedRows()}
+        self.picker.set_faces([face for face in self.picker.faces if face not in gone])
+        self.picker.highlight()
+
+    def _faces_changed(self, faces: list[str]) -> None:
+        if faces:
+            self.attempt(link_faces, self.obj, self.picker.part, faces)
+        self._show_faces()
+        self.check()
+
+    def _show_faces(self) -> None:
+        part = self.picker.part
+        now = faces_now(part) if part_problem(part) is None else []
+        rows = []
+        for name in self.picker.faces:
+            number = face_number(name)
+            if number is None or number > len(now):
+                rows.append(([name.lstrip("?"), translate("gone"), "–"], "bad", translate("pick it again")))
+            else:
+                face = now[number - 1]
+                rows.append(([name, face.kind, f"{face.area:.4g}"], "", ""))
+        fill_table(self.table, rows)
+        self.faces_shown()
+
+    def problem(self) -> str | None:
+        """Say why the object cannot be kept as it is; None where it can."""
+        return self.object_problem() if self.picker.faces else translate("no face is picked")
+
+    def check(self) -> None:
+        """Say at the bottom whether the object can be used."""
+        told = self.problem()
+        self.status.tell(told or translate("can be used"), "bad" if told else "good")
+
+    def accept(self) -> bool:
+        """Keep the object, if it can be used."""
+        told = self.problem()
+        if told:
+            self.status.tell(told, "bad")
+            return False
+        self.closed()
+        self.obj.Label = self.label()
+        self.document.recompute()
+        self.document.commitTransaction()
+        return True
+
+    def reject(self) -> bool:
+        """Leave the document as it was before the panel."""
+        self.closed()
+        self.document.abortTransaction()
+        self.document.recompute()
+        return True
+
+    def closed(self) -> None:
+        """End picking."""
+        self.picker.set_active(False)

@@ -1,0 +1,64 @@
+"""The rows that say how a made part stands against its tolerances."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..colormap import format_deviation, unit_of
+from ..kinds import CHARACTERISTICS
+from ..qt import translate
+from .base import shown_name
+
+__all__ = ["result_rows", "verdict"]
+
+
+def result_rows(rows: list[dict[str, Any]], labels: dict[str, str]) -> list[tuple[list[str], str, str]]:
+    """Return the rows of a table: tolerance, value of limit, pass or fail; with kind and tooltip.
+
+    Parameters
+    ----------
+    rows : list of dict
+        ``id characteristic value limit ok certified reason`` each.
+    labels : dict
+        What the tolerance of an id is called in the tree.
+    """
+    return [_row(row, labels) for row in rows]
+
+
+def _row(row: dict[str, Any], labels: dict[str, str]) -> tuple[list[str], str, str]:
+    name, ok = row["characteristic"], row.get("ok")
+    symbol = CHARACTERISTICS[name].symbol if name in CHARACTERISTICS else ""
+    label = labels.get(row["id"], shown_name(name))
+    mark, kind = {True: ("✓", "good"), False: ("✗", "bad")}.get(ok, ("?", "caution"))
+    tip = [label, f"{shown_name(name)}: {format_deviation(row.get('value'))}"]
+    tip.append(f"{translate('limit')}: {format_deviation(row.get('limit'))}")
+    if row.get("certified"):
+        tip.append(translate("the value is proved"))
+    if row.get("reason"):
+        tip.append(str(row["reason"]))
+    return [f"{symbol} {label}".strip(), _value_of_limit(row), mark], kind, "\n".join(tip)
+
+
+def _value_of_limit(row: dict[str, Any]) -> str:
+    """Return ``12.3 / 50 µm``: short enough for a narrow panel."""
+    value, limit = row.get("value"), row.get("limit")
+    if value is None or limit is None:
+        return f"– / {format_deviation(limit)}"
+    factor, unit = unit_of(limit, limit)
+    return f"{value * factor:.3g} / {limit * factor:.4g} {unit}"
+
+
+def verdict(rows: list[dict[str, Any]]) -> tuple[str, str]:
+    """Return (sentence, kind) over all tolerances: the first reason is named, the others are in the table."""
+    failed = [row for row in rows if row.get("ok") is False]
+    unknown = [row for row in rows if row.get("ok") is None]
+    if not rows:
+        return translate("no tolerance to hold"), ""
+    reason = next((str(row["reason"]) for row in [*failed, *unknown] if row.get("reason")), "")
+    if failed:
+        text = f"{len(failed)} / {len(rows)} {translate('tolerances not held')}"
+        return (f"{text}: {reason}" if reason else text), "bad"
+    if unknown:
+        text = f"{len(unknown)} / {len(rows)} {translate('tolerances not evaluated')}"
+        return (f"{text}: {reason}" if reason else text), "caution"
+    return translate("all tolerances are held"), "good"

@@ -1,0 +1,48 @@
+"""What the view providers of tolerances and datums share."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+from .icons import icon_path
+
+__all__ = ["PlainViewProvider"]
+
+
+class PlainViewProvider:
+    """An object of the tree that has an icon and a panel and draws nothing itself."""
+
+    icon = ""
+    panel = ""
+
+    def __init__(self, view_object: Any) -> None:
+        view_object.Proxy = self
+
+    def attach(self, view_object: Any) -> None:
+        """Remember the object; FreeCAD calls it when the object appears, new or from a file."""
+        self._object = view_object.Object
+
+    def getIcon(self) -> str:
+        """Return the icon, with a mark where the object cannot be used."""
+        status = getattr(getattr(self, "_object", None), "Status", "OK") or "OK"
+        return icon_path(self.icon if status == "OK" else f"{self.icon}_bad")
+
+    def updateData(self, obj: Any, name: str) -> None:
+        """Show another icon when the status changes."""
+        if name == "Status" and obj.ViewObject is not None:
+            obj.ViewObject.signalChangeIcon()
+
+    def doubleClicked(self, view_object: Any) -> bool:
+        """Open the panel."""
+        import_module(f".panels.{self.panel}", __package__).show(view_object.Object)
+        return True
+
+    def dumps(self) -> None:
+        """Nothing is stored."""
+
+    def loads(self, _state: Any) -> None:
+        """Nothing was stored."""
+
+    __getstate__ = dumps  # FreeCAD 0.20
+    __setstate__ = loads

@@ -1,0 +1,30 @@
+"""The view provider of tolerances, the general one too."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from .view_base import PlainViewProvider
+
+__all__ = ["ViewProviderTolerance", "attach_view"]
+
+
+def attach_view(view_object: Any) -> None:
+    """Give the view object of a new tolerance its view provider."""
+    ViewProviderTolerance(view_object)
+
+
+class ViewProviderTolerance(PlainViewProvider):
+    """A tolerance in the tree; a double click opens its panel."""
+
+    icon = "tolerance"
+    panel = "tolerance"
+
+    def doubleClicked(self, view_object: Any) -> bool:
+        """Open the panel; the general tolerance is edited by its command."""
+        if hasattr(view_object.Object, "Faces"):
+            return super().doubleClicked(view_object)
+        from .commands.general_tolerance import GeneralTolerance
+
+        GeneralTolerance().Activated()
+        return True
