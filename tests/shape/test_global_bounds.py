@@ -113,3 +113,59 @@ def surface(kind, n, rng):
         return np.column_stack([ring * np.cos(u), ring * np.sin(u), (5 + e) * np.sin(w)])
     radius = 10 + e + (0.3 * v if kind == "cone" else 0.0)
     return np.column_stack([radius * np.cos(u), radius * np.sin(u), 0 * v if kind == "circle" else v])
+
+
+def every_centre(points):
+    """All points where two pairs of points, or three points, are equally far: the optima are among them."""
+    i, j = np.triu_indices(len(points), 1)
+    side, level = points[j] - points[i], 0.5 * ((points[j] ** 2).sum(axis=1) - (points[i] ** 2).sum(axis=1))
+    a, b = np.triu_indices(len(side), 1)
+    det = side[a, 0] * side[b, 1] - side[a, 1] * side[b, 0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        x = (level[a] * side[b, 1] - side[a, 1] * level[b]) / det
+        y = (side[a, 0] * level[b] - level[a] * side[b, 0]) / det
+    centres = np.stack([x, y], axis=1)
+    return centres[np.isfinite(centres).all(axis=1)]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_zones_of_circles_against_every_possible_centre(seed):
+    """Exact enumeration: the minimum zone is found, and "global" is claimed for most of them."""
+    rng, claimed = np.random.default_rng(seed), 0
+    for _ in range(40):
+        n, spread = int(rng.integers(5, 14)), 10.0 ** rng.uniform(-4, -0.1)
+        angle, radius = rng.uniform(0, 2 * np.pi, n), 10 * (1 + spread * rng.uniform(-0.5, 0.5, n))
+        points = np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1)
+        distance = np.linalg.norm(every_centre(points)[:, None] - points[None], axis=2)
+        best = float(np.ptp(distance, axis=1).min())
+        found = associate(np.column_stack([points, np.zeros(n)]), "circle", "C", section_normal=[0, 0, 1.0])
+        assert found.value >= best - 1e-10
+        if found.certificate.scope == "global":
+            claimed += 1
+            assert found.value <= best + 1e-10
+    assert claimed > 20
+
+
+def test_inscribed_circle_is_the_largest_among_the_points():
+    rng, claimed = np.random.default_rng(1), 0
+    for _ in range(60):
+        n, spread = int(rng.integers(6, 30)), 10.0 ** rng.uniform(-3, -0.3)
+        angle, radius = rng.uniform(0, 2 * np.pi, n), 10 * (1 + spread * rng.uniform(-0.5, 0.5, n))
+        points = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), 0 * angle])
+        if np.diff(np.sort(angle), append=np.sort(angle)[0] + 2 * np.pi).max() > 0.95 * np.pi:
+            continue
+        found = associate(points, "circle", "X", section_normal=[0, 0, 1.0])
+        if found.certificate.scope == "global":
+            claimed += 1
+            centres = rng.uniform(-1, 1, (3000, 2)) * radius.max()
+            centres = centres[np.linalg.norm(centres, axis=1) < radius.min()]
+            reach = np.linalg.norm(centres[:, None] - points[None, :, :2], axis=2).min(axis=1)
+            assert found.value >= reach.max() - 1e-12
+    assert claimed > 20
+
+
+def test_zone_of_a_sphere_is_proved_all_around_and_not_on_a_cap():
+    rng = np.random.default_rng(2)
+    ball = surface("sphere", 800, rng)
+    assert associate(ball, "sphere").certificate.scope == "global"
+    assert associate(ball[ball[:, 2] > 8.0], "sphere").certificate.scope == "local"

@@ -17,6 +17,7 @@ from cadskin.shape.association.bounds import (
 )
 from cadskin.shape.association.pose import Pose
 from cadskin.shape.association.result import Association, Certificate, Circle, Criterion, Kind, Line
+from cadskin.shape.association.ring_bounds import inscribed_within, zone_is_least
 from cadskin.shape.ideal import Cone, Cylinder, Plane, Sphere, Torus
 
 if TYPE_CHECKING:
@@ -187,7 +188,27 @@ def _scope(found: Minimax, model: SurfaceModel, kind: Kind, mode: Mode, value: f
         if bound >= close:
             return "global", bound, "dual bound trace(M) - lambda_max(M) of the weighted contacts"
         return "local", bound, "Kuhn-Tucker conditions; the dual bound leaves a gap"
+    if kind in ("circle", "sphere"):
+        return _ring_proof(found, points, kind, mode, value)
     return "local", None, "Kuhn-Tucker conditions"
+
+
+def _ring_proof(found: Minimax, points: Points, kind: Kind, mode: Mode, value: float) -> Proof:
+    """Return what the contacts and the points all around prove about a circle or sphere."""
+    size = 2 if kind == "circle" else 3
+    sample = found.pose.local(points[:: max(1, len(points) // 2000)])[:, :size]
+    outer, inner = (found.pose.local(points[found.active[found.sides == s]])[:, :size] for s in (1, -1))
+    nearest, farthest = (
+        float(end + found.pose.shape[0]) for end in (found.distances.min(), found.distances.max())
+    )
+    if mode == "zone":
+        if zone_is_least(sample, outer, inner, (nearest, farthest)):
+            return "global", value, "every other centre widens the zone: contacts near it, points all around"
+        return "local", None, "Kuhn-Tucker conditions; the points are not all around, or few carry the zone"
+    within = inscribed_within(sample, inner, (nearest, farthest))
+    if within >= farthest:
+        return "global", value, f"no centre within {within:.6g} mm, all that the points surround, is better"
+    return "local", None, f"Kuhn-Tucker conditions; no better centre within {within:.6g} mm"
 
 
 def _diagonal(points: Points) -> float:
