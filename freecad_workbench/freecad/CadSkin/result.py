@@ -188,11 +188,21 @@ def read_result(path: str | Path, report: dict[str, Any] | None = None) -> SkinR
         The file is damaged, or is no result.
     """
     try:
-        with np.load(str(path), allow_pickle=False) as file:
+        # numpy leaves a damaged file open that it has opened itself.
+        with open(path, "rb") as stream, np.load(stream, allow_pickle=False) as file:
             arrays = {name: file[name] for name in _ARRAYS}
             stored = bytes(file["report"]).decode("utf-8") if "report" in file else "{}"
         return SkinResult(**arrays, report=json.loads(stored) if report is None else report)
     except ResultError:
         raise
-    except (OSError, KeyError, ValueError, EOFError, BadZipFile, zlib.error) as error:
+    except (
+        OSError,
+        KeyError,
+        ValueError,
+        TypeError,
+        AttributeError,
+        EOFError,
+        BadZipFile,
+        zlib.error,
+    ) as error:
         raise ResultError(f"{Path(path).name} holds no result that can be read: {error}") from error
