@@ -33,6 +33,7 @@ COMMANDS = {
     "doctor": "cadskin.cli.doctor",
     "evaluate": "cadskin.cli.evaluate",
     "reference": "cadskin.cli.reference",
+    "measure": "cadskin.cli.measure",
     "verify": "cadskin.cli.verify",
     "simulate": "cadskin.cli.simulate",
     "export": "cadskin.cli.export",

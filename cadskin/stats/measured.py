@@ -7,21 +7,26 @@ the sample. A plain mean of the neighbours would be biased wherever they lie to 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from cadskin._arrays import frozen
 from cadskin.errors import StatisticsError
+from cadskin.shape import DiscreteShape
 from cadskin.skin import SkinModel
 from cadskin.skin.provenance import provenance_of
+from cadskin.skin.weld import vertex_deviation
 from cadskin.stats._steps import tukey
 from cadskin.stats.registration import Registration
 from cadskin.stats.robust import pointwise_median
 from cadskin.stats.surface_distance import contacts, signed_distances
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from numpy.typing import ArrayLike
 
     from cadskin._typing import Bools, Floats, Ints, Points
@@ -88,6 +93,49 @@ class MeasuredPart:
     def outliers(self) -> Bools:
         """Measured points (n,) that count for no face."""
         return np.asarray(self.faces < 0)
+
+    @cached_property
+    def surface(self) -> DiscreteShape:
+        """The nominal mesh at its measured place; where nothing was measured it is the nominal one."""
+        return SkinModel(self.nominal, np.nan_to_num(self.deviation)).surface
+
+    @property
+    def vertex_deviation(self) -> Floats:
+        """Deviation per vertex (n,) [mm]: the one of largest magnitude of the features that were measured."""
+        known = vertex_deviation(self.nominal, np.nan_to_num(self.deviation))
+        seen = np.zeros(self.nominal.surface.n_points, dtype=bool)
+        seen[self.nominal.samples.vertex_ids[self.measured]] = True
+        return np.where(seen, known, np.nan)
+
+    @cached_property
+    def measured_surface(self) -> DiscreteShape:
+        """The triangles of `surface` whose three corners were measured, with their labels; it is open.
+
+        What an evaluation gets to see: ``cadskin.verify(part.measured_surface, spec, nominal=part.nominal)``.
+
+        Raises
+        ------
+        StatisticsError
+            There is none.
+        """
+        whole = self.surface
+        kept = self.measured[self.nominal.corner_samples].all(axis=1)
+        if not kept.any():
+            raise StatisticsError("no triangle of the part was measured at all three corners")
+        used, corners = np.unique(whole.triangles[kept], return_inverse=True)
+        return DiscreteShape(whole.points[used], corners.reshape(-1, 3), whole.face_ids[kept])
+
+    def save(self, path: str | Path, **options: Any) -> Path:
+        """Write the measured triangles to a mesh file (see `cadskin.export.write`)."""
+        from cadskin.export import write
+
+        return write(path, self.measured_surface, **options)
+
+    def picture(self, path: str | Path, **options: Any) -> Path:
+        """Draw the deviation in colours, grey where nothing was measured (see `cadskin.view.picture`)."""
+        from cadskin.view import picture
+
+        return picture(path, self, **options)
 
     def skin_model(self) -> SkinModel:
         """Return the part as a `SkinModel`.

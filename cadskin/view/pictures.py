@@ -163,8 +163,11 @@ def _headline(content: Content, colours: ColourScale | None) -> str:
     """Return the line below the title: the range of the deviation, or what the part consists of."""
     if colours is not None and content.deviation is not None:
         factor = FACTORS[colours.unit]
-        low, high = _range(content.deviation * factor)
-        return f"deviation {signed_range(low, high)} {colours.unit}"
+        known = content.deviation[np.isfinite(content.deviation)]
+        low, high = _range(known * factor)
+        text = f"deviation {signed_range(low, high)} {colours.unit}"
+        share = len(known) / max(len(content.deviation), 1)
+        return text if share == 1.0 else f"{text} · {100 * share:.0f} % measured, the rest is grey"
     size = " × ".join(number(float(extent)) for extent in np.ptp(content.points, axis=0))
     counts = [f"{len(content.face_names)} faces"]
     if content.nominal is not None and len(content.nominal.features) != len(content.face_names):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,6 +20,7 @@ _GREATEST_SLOPE = 0.30  # of the drawn surface against the ideal one
 _GREATEST_CURL = 0.30  # of the smallest radius of curvature
 _GREATEST_WIDTH = 0.40  # of the mean width of a feature
 _LEAST_WIDTH = 0.01  # of the diagonal
+_UNKNOWN = 0.62  # grey level of what has no value
 _STEPS = np.array([1.0, 2.0, 5.0])
 
 
@@ -94,7 +95,25 @@ def scene_of(
     normals = wedge_normals(content, wedges, points)
     labels = content.surface.face_ids if content.feature_ids is None else content.feature_ids
     edges, codes = _edge_lines(content, wedges, normals, labels)
-    return Scene(points, content.triangles, wedges.corners, normals, place, table, edges, codes, labels)
+    scene = Scene(points, content.triangles, wedges.corners, normals, place, table, edges, codes, labels)
+    return scene if np.isfinite(place).all() else _with_grey(scene)
+
+
+def _with_grey(scene: Scene) -> Scene:
+    """Give triangles with an unknown corner rows of their own, in a grey behind the end of the table."""
+    unknown = ~np.isfinite(scene.place[scene.rows]).all(axis=1)
+    own, inverse = np.unique(scene.rows[unknown], return_inverse=True)
+    rows = scene.rows.copy()
+    rows[unknown] = len(scene.place) + inverse.reshape(-1, 3)
+    size = len(scene.table)
+    known = np.clip(np.nan_to_num(scene.place), 0.0, 1.0) * (size - 1) / (2 * size - 1)
+    return replace(
+        scene,
+        rows=rows,
+        normals=np.concatenate([scene.normals, scene.normals[own]]),
+        place=np.concatenate([known, np.ones(len(own))]),
+        table=np.concatenate([scene.table, np.full((size, 3), _UNKNOWN)]),
+    )
 
 
 def automatic_exaggeration(content: Content) -> float:
@@ -106,14 +125,15 @@ def automatic_exaggeration(content: Content) -> float:
     """
     if content.nominal is None or content.deviation is None or content.feature_ids is None:
         return 1.0
-    size = np.abs(content.deviation)
+    deviation = np.nan_to_num(content.deviation)
+    size = np.abs(deviation)
     if size.max(initial=0.0) == 0.0:
         return 1.0
     samples = content.nominal.samples
     sides = content.nominal.corner_samples[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     ideal = content.nominal.surface.points[samples.vertex_ids]
     length = np.linalg.norm(ideal[sides[:, 0]] - ideal[sides[:, 1]], axis=1)
-    rise = np.abs(content.deviation[sides[:, 0]] - content.deviation[sides[:, 1]])
+    rise = np.abs(deviation[sides[:, 0]] - deviation[sides[:, 1]])
     features = content.nominal.features
     typical = np.array([np.quantile(size[f.rows], 0.9) if f.n_points else 0.0 for f in features])
     width = _widths(content, content.feature_ids)

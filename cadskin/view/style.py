@@ -94,7 +94,8 @@ class ColourScale:
 
 
 def colour_scale(deviation: Floats, style: Style) -> ColourScale:
-    """Return the colour scale for deviations (k,) [mm]."""
+    """Return the colour scale for deviations (k,) [mm]; NaN is "not measured"."""
+    deviation = deviation[np.isfinite(deviation)]
     smallest, greatest = float(deviation.min(initial=0.0)), float(deviation.max(initial=0.0))
     if style.clim is None:
         limit = max(-smallest, greatest)

@@ -9,6 +9,7 @@ import pytest
 from cadskin.errors import ExportError, GeometryError
 from cadskin.export.colours import colormap_table, map_colours
 from cadskin.shape import DiscreteShape
+from cadskin.stats import MeasuredPart
 from cadskin.view import picture, sheet
 from cadskin.view.camera import VIEWS, fit, view_direction
 from cadskin.view.software import BACKGROUND
@@ -289,3 +290,24 @@ def test_wrong_options_are_refused_and_leave_nothing(tmp_path, array_box, plain_
     with pytest.raises(ExportError, match="columns must be"):
         sheet(tmp_path / "a.png", [skin], columns=0)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_what_was_not_measured_is_grey(shoot, array_box):
+    part = array_box
+    values = per_face(part, np.full(len(part.faces), 0.05))
+    values[part.features[0].rows] = np.nan
+    made = MeasuredPart(
+        part, values, values, np.where(np.isnan(values), 0, 9), np.zeros(1, dtype=int), np.zeros(1)
+    )
+    unseen, seen = part.faces[0].normal, -part.faces[0].normal
+    grey = round(255 * 0.62)
+    shares = [
+        (np.abs(shoot(made, view=tuple(view), **BARE) - grey).max(axis=2) <= 2).mean()
+        for view in (unseen, seen)
+    ]
+    assert shares[0] > 0.3
+    assert shares[1] == 0
+    assert made.measured_surface.n_triangles == (part.surface.face_ids != 0).sum()
+    assert np.isnan(made.vertex_deviation).sum() == len(
+        set(part.features[0].vertex_ids) - {v for f in part.features[1:] for v in f.vertex_ids}
+    )
