@@ -22,7 +22,9 @@ def command(
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the cases.")] = Path("reference"),
     points: Annotated[int, typer.Option(help="Points of each set.")] = 1000,
     arc: Annotated[float, typer.Option(help="Angle that is covered [deg].")] = 360.0,
-    sampling: Annotated[str, typer.Option(help="random, grid or sections.")] = "random",
+    sampling: Annotated[
+        str, typer.Option(help="random, grid, sections, generatrix, helix, bird cage.")
+    ] = "random",
     waviness: Annotated[int, typer.Option(help="Undulations of the filling; 0 for random filling.")] = 0,
     outliers: Annotated[int, typer.Option(help="Points off the surface, under a label of their own.")] = 0,
     seed: Annotated[int | None, typer.Option(help="Same seed, same sets.")] = None,
@@ -35,9 +37,10 @@ def command(
 
     from cadskin.errors import SpecificationError
     from cadskin.verify.reference_files import write_references
+    from cadskin.verify.reference_sampling import SAMPLINGS
 
-    if sampling not in ("random", "grid", "sections"):
-        raise SpecificationError(f"unknown sampling {sampling!r}; choose random, grid or sections")
+    if sampling not in SAMPLINGS:
+        raise SpecificationError(f"unknown sampling {sampling!r}; choose one of {', '.join(SAMPLINGS)}")
     with progress_bar("reference sets") as progress:
         written = write_references(
             output,

@@ -8,7 +8,7 @@ inside. So the zone is a strict optimum, whatever the filling is: random, wavy, 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,103 +16,13 @@ from cadskin._random import child, seed_sequence
 from cadskin.errors import SpecificationError
 from cadskin.shape.association import _kernels as kernels
 from cadskin.shape.association import associate, rotation
+from cadskin.verify.reference_kinds import CHARACTERISTICS, RADIUS, FormKind, ideal_surface
+from cadskin.verify.reference_sampling import Sampling, unit_square
 
 if TYPE_CHECKING:
     from cadskin._typing import Floats, Ints, Points, RNGLike, Vectors
 
-__all__ = ["CHARACTERISTICS", "ReferenceSet", "Sampling", "planted_plane", "reference_set"]
-
-Sampling: TypeAlias = Literal["random", "grid", "sections"]
-
-
-@dataclass(frozen=True)
-class _Kind:
-    """Which surface, which motions, which sides are in contact, and how the answer is named."""
-
-    name: str
-    kernel: int
-    free: tuple[int, ...]
-    sides: tuple[int, ...]
-    quantity: str
-    characteristic: str
-    feature_type: str
-
-
-CHARACTERISTICS: dict[str, _Kind] = {
-    "flatness": _Kind("plane", kernels.PLANE, (3, 4), (1, -1), "FLTt (MZPL)", "flatness", "plane"),
-    "straightness": _Kind(
-        "profile line", kernels.PLANE, (3,), (1, -1), "STRt (MZLI)", "straightness", "line in a section plane"
-    ),
-    "roundness": _Kind(
-        "circle", kernels.CYLINDER, (0, 1), (1, -1), "RONt (MZCI)", "roundness", "circle (section)"
-    ),
-    "cylindricity": _Kind(
-        "cylinder", kernels.CYLINDER, (0, 1, 3, 4), (1, -1), "CYLt (MZCY)", "cylindricity", "cylinder"
-    ),
-    "sphericity": _Kind(
-        "sphere", kernels.SPHERE, (0, 1, 2), (1, -1), "sphericity (MZSP)", "sphericity", "sphere"
-    ),
-    "conicity": _Kind(
-        "cone", kernels.CONE, (0, 1, 3, 4, 7), (1, -1), "conicity (minimum zone cone)", "conicity", "cone"
-    ),
-    "circumscribed circle": _Kind(
-        "circle",
-        kernels.CYLINDER,
-        (0, 1),
-        (1,),
-        "diameter of the minimum circumscribed circle",
-        "size",
-        "circle",
-    ),
-    "inscribed circle": _Kind(
-        "circle",
-        kernels.CYLINDER,
-        (0, 1),
-        (-1,),
-        "diameter of the maximum inscribed circle",
-        "size",
-        "circle",
-    ),
-    "circumscribed cylinder": _Kind(
-        "cylinder",
-        kernels.CYLINDER,
-        (0, 1, 3, 4),
-        (1,),
-        "diameter of the minimum circumscribed cylinder",
-        "size",
-        "cylinder",
-    ),
-    "inscribed cylinder": _Kind(
-        "cylinder",
-        kernels.CYLINDER,
-        (0, 1, 3, 4),
-        (-1,),
-        "diameter of the maximum inscribed cylinder",
-        "size",
-        "cylinder",
-    ),
-    "circumscribed sphere": _Kind(
-        "sphere",
-        kernels.SPHERE,
-        (0, 1, 2),
-        (1,),
-        "diameter of the minimum circumscribed sphere",
-        "size",
-        "sphere",
-    ),
-    "inscribed sphere": _Kind(
-        "sphere",
-        kernels.SPHERE,
-        (0, 1, 2),
-        (-1,),
-        "diameter of the maximum inscribed sphere",
-        "size",
-        "sphere",
-    ),
-}
-
-_CRITERION = {(1, -1): "minimum zone", (1,): "minimum circumscribed", (-1,): "maximum inscribed"}
-_RADIUS, _LENGTH, _CONE_ANGLE = 10.0, 40.0, np.radians(15.0)
+__all__ = ["CHARACTERISTICS", "ReferenceSet", "planted_plane", "planted_shaft", "reference_set"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,7 +63,7 @@ class ReferenceSet:
             "csv": f"{name}.csv",
             "characteristic": kind.characteristic,
             "feature_type": kind.feature_type,
-            "association": _CRITERION[kind.sides],
+            "association": kind.criterion,
             "reference": {
                 "value": self.value,
                 "u": 1e-12,
@@ -192,7 +102,7 @@ def reference_set(
     n_points : int
     arc : float
         Angle that is covered [rad]; a full turn by default.
-    sampling : {"random", "grid", "sections"}
+    sampling : {"random", "grid", "sections", "generatrix", "helix", "bird cage"}
     waviness : int
         Undulations of a smooth part of the filling; 0 for random filling only.
     n_outliers : int
@@ -222,7 +132,7 @@ def reference_set(
             f"a reference set needs a positive value and at least {4 * contacts_needed} points, "
             f"got {value} and {n_points}"
         )
-    if len(kind.sides) == 1 and arc <= np.pi:
+    if not kind.is_zone and arc <= np.pi:
         raise SpecificationError("a circumscribed or inscribed element needs an arc of more than 180 degrees")
     generator = child(seed_sequence(rng), 0)
     for _ in range(40):
@@ -236,7 +146,7 @@ def reference_set(
 
 def _attempt(
     characteristic: str,
-    kind: _Kind,
+    kind: FormKind,
     value: float,
     n_points: int,
     arc: float,
@@ -245,7 +155,7 @@ def _attempt(
     n_outliers: int,
     rng: np.random.Generator,
 ) -> ReferenceSet | None:
-    radius, amplitude = (0.5 * value, 0.01 * value) if len(kind.sides) == 1 else (_RADIUS, 0.5 * value)
+    radius, amplitude = (0.5 * value, 0.01 * value) if len(kind.sides) == 1 else (RADIUS, 0.5 * value)
     contacts = _contacts(kind, radius, amplitude, arc, rng)
     if contacts is None:
         return None
@@ -257,8 +167,8 @@ def _attempt(
     world = points[order] @ turn.T + shift
     active = np.flatnonzero(order >= len(filling))
     section = turn[:, 2] if kind.name == "circle" else turn[:, 0] if kind.name == "profile line" else None
-    found = associate(world, kind.name, _CRITERION[kind.sides], section_normal=section)  # type: ignore[arg-type]
-    reached = found.value if len(kind.sides) == 2 else 2.0 * found.value
+    found = associate(world, kind.name, kind.criterion, section_normal=section)  # type: ignore[arg-type]
+    reached = found.value if kind.is_zone else 2.0 * found.value
     if abs(reached - value) > 1e-11 * max(1.0, value):
         return None  # another optimum is better: not what was planted
     outliers = (
@@ -277,7 +187,7 @@ def _attempt(
 
 
 def _contacts(
-    kind: _Kind, radius: float, amplitude: float, arc: float, rng: np.random.Generator
+    kind: FormKind, radius: float, amplitude: float, arc: float, rng: np.random.Generator
 ) -> tuple[Points, Floats] | None:
     """Draw contacts until the Kuhn-Tucker multipliers of one draw are clear of zero."""
     count, n_sides = len(kind.free) + len(kind.sides), len(kind.sides)
@@ -289,7 +199,7 @@ def _contacts(
         base, normals = _surface(kind, radius, count * tries, arc, "random", rng)
         offset = amplitude if n_sides == 2 else 0.0
         placed = base + np.tile(sides, tries)[:, None] * offset * normals
-        _, jacobian = kernels.rows(placed, kind.kernel, np.zeros(3), np.eye(3), _shape(kind, radius))
+        _, jacobian = kernels.rows(placed, kind.kernel, np.zeros(3), np.eye(3), kind.shape(radius))
         scale = np.array([1, 1, 1, 0.05, 0.05, 0.05, 1, 0.05])
         blocks = (jacobian * scale)[:, list(kind.free)].reshape(tries, count, -1) * sides[None, :, None]
         sums = np.stack([np.broadcast_to(sides == s, (tries, count)) for s in kind.sides], axis=2)
@@ -308,7 +218,7 @@ def _contacts(
 
 
 def _filling(
-    kind: _Kind,
+    kind: FormKind,
     radius: float,
     amplitude: float,
     n: int,
@@ -326,67 +236,59 @@ def _filling(
         angle = np.arctan2(base[:, 1], base[:, 0])
         wave = np.cos(waviness * angle + phase[0]) * np.cos(along + phase[1])
         noise = 0.8 * wave + 0.2 * noise
+    if kind.name == "line":
+        return np.asarray(
+            base - (1.0 - 0.95 * np.sqrt(rng.uniform(0, 1, len(base))))[:, None] * radius * normals
+        )
     depth = 0.95 * amplitude * noise
     if len(kind.sides) == 1:  # strictly on the far side of the contacts
         depth = -kind.sides[0] * amplitude * (0.05 + 0.45 * (1 + noise))
     return np.asarray(base + depth[:, None] * normals)
 
 
-def _shape(kind: _Kind, radius: float) -> Floats:
-    if kind.kernel == kernels.PLANE:
-        return np.zeros(2)
-    return np.array([radius, _CONE_ANGLE if kind.kernel == kernels.CONE else 0.0])
-
-
 def _surface(
-    kind: _Kind, radius: float, n: int, arc: float, sampling: Sampling, rng: np.random.Generator
+    kind: FormKind, radius: float, n: int, arc: float, sampling: Sampling, rng: np.random.Generator
 ) -> tuple[Points, Vectors]:
-    """Return points of the nominal surface in its own frame and their normals."""
-    u, v = _parameters(n, sampling, rng)
-    zero = np.zeros(n)
-    if kind.name == "plane":
-        flat = np.column_stack([100 * (u - 0.5), 60 * (v - 0.5), zero])
-        return flat, np.broadcast_to([0.0, 0.0, 1.0], (n, 3))
-    if kind.name == "profile line":
-        return np.column_stack([zero, 100 * (u - 0.5), zero]), np.broadcast_to([0.0, 0.0, 1.0], (n, 3))
-    angle = arc * u
-    around = np.column_stack([np.cos(angle), np.sin(angle), zero])
-    if kind.name == "circle":
-        return radius * around, around
-    height = _LENGTH * (v - 0.5)
-    up = np.array([0.0, 0.0, 1.0])
-    if kind.name == "cylinder":
-        return radius * around + height[:, None] * up, around
-    if kind.name == "cone":
-        ring = radius + height * np.tan(_CONE_ANGLE)
-        normals = np.cos(_CONE_ANGLE) * around - np.sin(_CONE_ANGLE) * up
-        return ring[:, None] * around + height[:, None] * up, normals
-    sine = 2 * v - 1
-    normals = np.sqrt(1 - sine**2)[:, None] * around + sine[:, None] * up
-    return radius * normals, normals
+    return ideal_surface(kind, radius, arc, *unit_square(n, sampling, rng))
 
 
-def _parameters(n: int, sampling: Sampling, rng: np.random.Generator) -> tuple[Floats, Floats]:
-    """Return parameters in the unit square."""
-    if sampling == "random":
-        return rng.uniform(0, 1, n), rng.uniform(0, 1, n)
-    rows = max(2, round(np.sqrt(n / 3.0))) if sampling == "grid" else max(2, min(12, n // 12))
-    index = np.arange(n)
-    row, column = index % rows, index // rows
-    columns = int(column.max()) + 1
-    return (column + 0.5) / columns, (row + 0.5) / rows
+def planted_plane(
+    flatness: float, count: int, rng: np.random.Generator, *, sampling: Sampling = "random"
+) -> Points:
+    """Return a plane (count, 3) about z = 0 whose minimum zone is planted: |z| reaches half the flatness.
 
-
-def planted_plane(flatness: float, count: int, rng: np.random.Generator) -> Points:
-    """Return a plane (count, 3) about z = 0 whose minimum zone is planted: |z| reaches half the flatness."""
+    The contacts stand first.
+    """
     kind = CHARACTERISTICS["flatness"]
     for _ in range(40):
-        contacts = _contacts(kind, _RADIUS, 0.5 * flatness, 2 * np.pi, rng)
+        contacts = _contacts(kind, RADIUS, 0.5 * flatness, 2 * np.pi, rng)
         if contacts is None:
             continue
         placed, _ = contacts
-        filling = _filling(kind, _RADIUS, 0.5 * flatness, count - len(placed), 2 * np.pi, "random", 0, rng)
-        points = np.concatenate([filling, placed])[rng.permutation(count)]
+        filling = _filling(kind, RADIUS, 0.5 * flatness, count - len(placed), 2 * np.pi, sampling, 0, rng)
+        points = np.concatenate([placed, filling])
         if abs(associate(points, "plane").value - flatness) <= 1e-11 * max(1.0, flatness):
             return np.asarray(points)
     raise SpecificationError(f"no flatness of {flatness} mm could be planted")
+
+
+def planted_shaft(
+    diameter: float, form: float, count: int, rng: np.random.Generator, *, sampling: Sampling = "random"
+) -> Points:
+    """Return a shaft (count, 3) about the z axis; its smallest circumscribed cylinder is planted there.
+
+    All points lie between this cylinder and one whose radius is ``form`` smaller.
+    """
+    kind = CHARACTERISTICS["circumscribed cylinder"]
+    for _ in range(40):
+        contacts = _contacts(kind, 0.5 * diameter, form, 2 * np.pi, rng)
+        if contacts is None:
+            continue
+        placed, _ = contacts
+        rest = count - len(placed)
+        filling = _filling(kind, 0.5 * diameter, form, rest, 2 * np.pi, sampling, 0, rng)
+        points = np.concatenate([placed, filling])
+        found = associate(points, "cylinder", "N")
+        if abs(2.0 * found.value - diameter) <= 1e-11 * diameter and abs(abs(found.pose.axis[2]) - 1) < 1e-12:
+            return np.asarray(points)
+    raise SpecificationError(f"no shaft with a form of {form} mm could be planted")

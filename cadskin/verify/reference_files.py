@@ -48,7 +48,7 @@ def write_references(
         Set i uses the child stream i.
     progress : callable, optional
     **options
-        Of `reference_set`, or of `datum_reference_set` for orientation and position.
+        Of `reference_set`, or of `datum_reference_set` for orientation, location and run-out.
 
     Returns
     -------
@@ -78,12 +78,12 @@ def _made(
 ) -> tuple[ReferenceSet | DatumReferenceSet, dict[str, Points]]:
     """Return a reference set and its points by label."""
     if characteristic in DATUM_CHARACTERISTICS:
-        unused = {"arc": 2 * np.pi, "sampling": "random", "waviness": 0, "n_outliers": 0}
+        unused = {"arc": 2 * np.pi, "waviness": 0}
         refused = [key for key, plain in unused.items() if options.get(key, plain) != plain]
         if refused:
             raise SpecificationError(f"{', '.join(refused)}: not an option of {characteristic}")
         kept = {key: option for key, option in options.items() if key not in unused}
         found = datum_reference_set(characteristic, value, rng=rng, **kept)
-        return found, dict(found.features)
+        return found, {**found.features, "outlier": found.outliers}
     made = reference_set(characteristic, value, rng=rng, **options)
     return made, {"S": made.points, "outlier": made.outliers}

@@ -15,6 +15,7 @@ from cadskin.verify import DatumFeature, establish, evaluate_case, orientation, 
 from cadskin.verify.reference import CHARACTERISTICS, reference_set
 from cadskin.verify.reference_datums import DATUM_CHARACTERISTICS, datum_reference_set
 from cadskin.verify.reference_files import write_references
+from cadskin.verify.reference_sampling import SAMPLINGS, unit_square
 
 
 @pytest.mark.parametrize("characteristic", CHARACTERISTICS)
@@ -28,7 +29,7 @@ from cadskin.verify.reference_files import write_references
     ids=["random", "arc", "sections"],
 )
 def test_written_case_evaluates_to_its_value(tmp_path, characteristic, options):
-    value = 0.05 if len(CHARACTERISTICS[characteristic].sides) == 2 else 20.0
+    value = 0.05 if CHARACTERISTICS[characteristic].is_zone else 20.0
     (path,) = write_references(tmp_path, characteristic, value, rng=5, n_points=400, **options)
     found = evaluate_case(read_case(path))
     assert found.value == pytest.approx(value, abs=1e-12)
@@ -89,11 +90,39 @@ def test_command(tmp_path):
         assert evaluate_case(read_case(case)).value == pytest.approx(0.05, abs=1e-12)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("sampling", SAMPLINGS)
+def test_every_sampling_of_a_form(tmp_path, sampling):
+    (path,) = write_references(tmp_path, "cylindricity", 0.05, rng=3, n_points=300, sampling=sampling)
+    found = evaluate_case(read_case(path))
+    assert found.value == pytest.approx(0.05, abs=1e-12)
+    assert found.n_points == 300
+
+
+def test_strategies_lie_where_they_say():
+    rng = np.random.default_rng(0)
+    count = {
+        name: [len(np.unique(np.round(c, 9))) for c in unit_square(240, name, rng)] for name in SAMPLINGS
+    }
+    assert count["sections"] == [20, 12]
+    assert count["generatrix"] == [12, 20]
+    assert count["helix"][1] == 240
+    turns = np.unwrap(2 * np.pi * unit_square(240, "helix", rng)[0])
+    assert turns[-1] - turns[0] == pytest.approx(2 * np.pi * 12, rel=0.01)
+    for name in SAMPLINGS:
+        u, v = unit_square(241, name, rng)
+        assert len(u) == len(v) == 241
+        assert min(u.min(), v.min()) >= 0
+        assert max(u.max(), v.max()) <= 1
+    with pytest.raises(SpecificationError, match="choose one of"):
+        unit_square(9, "spiral", rng)
+
+
+@pytest.mark.parametrize(("seed", "sampling"), list(enumerate(SAMPLINGS)))
 @pytest.mark.parametrize("characteristic", DATUM_CHARACTERISTICS)
-def test_datum_case_evaluates_to_its_value(tmp_path, characteristic, seed):
+def test_datum_case_evaluates_to_its_value(tmp_path, characteristic, seed, sampling):
     """The datums are as uneven as 0.6 of the value, and yet the value is exact."""
-    (path,) = write_references(tmp_path, characteristic, 0.05, rng=seed, n_points=200)
+    options = {"n_points": 200, "sampling": sampling, "n_outliers": 3}
+    (path,) = write_references(tmp_path, characteristic, 0.05, rng=seed, **options)
     found = evaluate_case(read_case(path))
     assert found.value == pytest.approx(0.05, abs=1e-12)
     assert found.certified
@@ -113,4 +142,4 @@ def test_options_that_have_no_meaning_are_refused(tmp_path):
     with pytest.raises(SpecificationError, match="arc"):
         write_references(tmp_path, "position", 0.05, arc=1.0)
     with pytest.raises(SpecificationError, match="choose one of"):
-        datum_reference_set("symmetry", 0.05)
+        datum_reference_set("flatness", 0.05)
