@@ -12,8 +12,10 @@ if TYPE_CHECKING:
     import numpy as np
 
     from cadskin.deviation import DeviationModel
+    from cadskin.shape import NominalModel
+    from cadskin.spec import Specification
 
-__all__ = ["deviation_model", "fresh_seed", "seed_of_part"]
+__all__ = ["deviation_model", "fresh_seed", "process", "seed_of_part"]
 
 
 def deviation_model(text: str, **defaults: float) -> DeviationModel:
@@ -54,6 +56,51 @@ def _pair(word: str, text: str) -> tuple[str, Any]:
         return key, float(value)
     except ValueError:
         return key, value
+
+
+def process(
+    nominal: NominalModel,
+    spec: Specification,
+    text: str | None,
+    *,
+    sigma: float | None = None,
+    length: float | None = None,
+    cpk: float | None = None,
+) -> DeviationModel:
+    """Return the model of a part: that of its tolerances, with ``text`` instead of the default field.
+
+    Parameters
+    ----------
+    nominal : NominalModel
+    spec : Specification
+    text : str or None
+        As for `deviation_model`.
+    sigma, length : float or None
+        [mm].
+    cpk : float or None
+        Process capability that all spreads are scaled to.
+    """
+    from cadskin.conform import capability_scale, prepare_conforming, process_of
+    from cadskin.conform.capable import correlation_length
+
+    reach = rounded(correlation_length(nominal)) if length is None else length
+    default = None if text is None else deviation_model(text, sigma=sigma or 1.0, length=reach)
+    fitting = process_of(nominal, spec, default=default, length=reach)
+    if cpk is None:
+        return fitting
+    factor = capability_scale(prepare_conforming(nominal, fitting, spec), cpk)
+    return process_of(nominal, spec, default=default, length=reach, scale=factor)
+
+
+def rounded(value: float) -> float:
+    """Return a default with three significant digits, so that what is shown is what is used.
+
+    Examples
+    --------
+    >>> rounded(62.3211818978)
+    62.3
+    """
+    return float(f"{value:.3g}")
 
 
 def fresh_seed() -> int:

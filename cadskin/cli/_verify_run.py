@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from cadskin.errors import SpecificationError
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from cadskin.spec import Specification
     from cadskin.verify import Standard, Verification
 
 __all__ = ["verify_run"]
@@ -34,9 +35,7 @@ def verify_run(
     """
     from cadskin.export import open_run, write_text
     from cadskin.spec import read_spec
-    from cadskin.spec.binding import bound_to
-    from cadskin.verify import verify
-    from cadskin.verify.general import with_general
+    from cadskin.verify import prepare
     from cadskin.verify.qif import write_qif
 
     run = open_run(folder)
@@ -44,30 +43,31 @@ def verify_run(
     if tolerances is None:
         raise SpecificationError(f"{folder} was made without tolerances; give a spec file with --spec")
     known = {item["tolerance"] for item in run.about["unsupported"]} if spec is None else set()
-    bound = with_general(bound_to(tolerances, run.nominal), run.nominal)
-    kept: dict[str, int] = {tolerance.id: 0 for tolerance in bound}
+    prepared = prepare(run.nominal, tolerances, standard=standard, sections=sections)
+    bound = prepared.spec
+    limits = {tolerance.id: tolerance.value for tolerance in bound} | _size_limits(bound)
+    types = {tolerance.id: tolerance.type for tolerance in bound}
+    kept = dict.fromkeys(limits, 0)
     tables: list[Verification] = []
-    values: dict[str, list[float]] = {tolerance.id: [] for tolerance in bound}
+    values: dict[str, list[float]] = {name: [] for name in limits}
     reasons: dict[str, str] = {}
     with progress_bar(f"verifying {folder.name}") as progress:
         for number, skin in enumerate(run):
-            found = cast("Verification", verify(skin, bound, standard=standard, sections=sections))
+            found = prepared.evaluate(skin, sizes=True)
             for name, evaluation in found.evaluations:
                 values[name].append(evaluation.value)
                 kept[name] += evaluation.ok is True  # a material requirement has a verdict of its own
             tables.append(found)
             reasons.update(found.unresolved)
             progress(number + 1, len(run))
-    limits = {tolerance.id: tolerance.value for tolerance in bound}
     rows, conforming = [], len(run) > 0
     for name, listed in values.items():
-        limit = limits[name]
         within = kept[name]
         if name not in known and name not in reasons:
             conforming &= within == len(run)
         largest = f"{np.max(listed):.9g}" if listed else ""
-        rows.append((name, bound[name].type, largest, "" if limit is None else f"{limit:.6g}",
-                     f"{within} of {len(run)}" if listed else "not evaluated"))  # fmt: skip
+        verdict = f"{within} of {len(run)}" if listed else "not evaluated"
+        rows.append((name, types.get(name, "size"), largest, _text(limits[name]), verdict))
     conforming &= set(reasons) <= known
     text = "\n".join(
         ",".join(row) for row in [("tolerance", "characteristic", "largest", "limit", "within"), *rows]
@@ -93,3 +93,16 @@ def verify_run(
             note(f"{name} was not evaluated: {reason}")
         note("conforming" if conforming else "not conforming")
     return 0 if conforming else 1
+
+
+def _size_limits(spec: Specification) -> dict[str, tuple[float | None, float | None]]:
+    """Return lower and upper limit of every size that has one."""
+    from cadskin.verify.part_size import has_size_limits
+
+    return {item.id: (item.lower, item.upper) for item in spec.dimensions if has_size_limits(item)}
+
+
+def _text(limit: float | tuple[float | None, float | None] | None) -> str:
+    if isinstance(limit, tuple):
+        return " to ".join("" if value is None else f"{value:.6g}" for value in limit)
+    return "" if limit is None else f"{limit:.6g}"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from cadskin.cli._console import note, print_json, print_table, progress_bar, status
-from cadskin.cli._models import deviation_model, fresh_seed
+from cadskin.cli._models import deviation_model, fresh_seed, process
 from cadskin.cli._options import (
     AllowOpen,
     Backend,
@@ -26,10 +26,7 @@ from cadskin.cli._reading import general_profile, has_tolerances, nominal_and_sp
 from cadskin.errors import ExportError, SpecificationError
 
 if TYPE_CHECKING:
-    from cadskin.deviation import DeviationModel
     from cadskin.export.runs import Run
-    from cadskin.shape import NominalModel
-    from cadskin.spec import Specification
 
 
 def command(
@@ -101,6 +98,7 @@ def command(
     from cadskin.export.runs import simulate_run
 
     _refuse(output, positive(cpk, "--cpk", unit="(Cpk)"), model, sigma)
+    length = positive(length, "--length")
     policies = _policies(conform)
     if model is not None:
         deviation_model(model, sigma=sigma or 1.0, length=length or 1.0)  # said before the work
@@ -123,7 +121,7 @@ def command(
         )
     say_what_is_compiled("fields", "checks")
     with status("matching the process to the tolerances"):
-        law = _model(nominal, tolerances, model, sigma=sigma, length=length, cpk=cpk)
+        law = process(nominal, tolerances, model, sigma=sigma, length=length, cpk=cpk)
     options = {
         "file": path.name,
         "spec": None if spec is None else spec.name,
@@ -181,29 +179,6 @@ def _policies(text: str) -> Any:
                 raise
             found[name] = Conformity(value)  # type: ignore[arg-type]
     return found
-
-
-def _model(
-    nominal: NominalModel,
-    spec: Specification,
-    text: str | None,
-    *,
-    sigma: float | None,
-    length: float | None,
-    cpk: float | None,
-) -> DeviationModel:
-    from cadskin.conform import capability_scale, capable_model, prepare_conforming
-    from cadskin.conform.capable import correlation_length
-    from cadskin.deviation import GaussianField
-
-    reach = positive(length, "--length") or correlation_length(nominal)
-    if text is None:
-        fitting = capable_model(nominal, spec, length=reach)
-        if cpk is None:
-            return fitting
-        factor = capability_scale(prepare_conforming(nominal, fitting, spec), cpk)
-        return GaussianField(factor * fitting.sigma, reach)
-    return deviation_model(text, sigma=sigma or 1.0, length=reach)
 
 
 def _record(run: Run) -> dict[str, Any]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from cadskin.conform.capability import capability_scale, fraction_outside, tail_quantile
 from cadskin.conform.capable import capable_model
 from cadskin.conform.policy import Conformity, policies_of, target
+from cadskin.conform.process import process_of
 from cadskin.conform.simulate import ConformingSampler, Made, prepare_conforming, simulate_conforming
 
 __all__ = [
@@ -16,6 +17,7 @@ __all__ = [
     "fraction_outside",
     "policies_of",
     "prepare_conforming",
+    "process_of",
     "simulate_conforming",
     "tail_quantile",
     "target",

@@ -198,7 +198,9 @@ def _value_function(sampler: ConformingSampler, item: Requirement) -> Callable[[
     if item.flat is not None and item.feature is not None:
         places, rows = item.flat, item.feature.rows
         return lambda field: places.bounds(np.ascontiguousarray(field[rows]))[1]
-    return lambda field: value_of(item, made_part(sampler.nominal, field), sampler.spec)
+    return lambda field: value_of(
+        item, made_part(sampler.nominal, field, like=sampler.setup.pattern), sampler.spec
+    )
 
 
 def _that_may_bind(sampler: ConformingSampler, seed: np.random.SeedSequence) -> Sequence[Requirement]:

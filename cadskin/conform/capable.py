@@ -8,8 +8,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cadskin.conform.blocks import independent_blocks
-from cadskin.conform.policy import Conformity
-from cadskin.conform.requirements import bound_with_general, made_part, requirements_of, value_of
+from cadskin.conform.policy import policies_of
+from cadskin.conform.requirements import (
+    bound_with_general,
+    made_part,
+    nominal_part,
+    requirements_of,
+    value_of,
+)
+from cadskin.conform.sizes import mean_offsets
 from cadskin.deviation import GaussianField
 from cadskin.errors import CadskinWarning, SpecificationError
 from cadskin.skin.simulate import child_seed
@@ -24,6 +31,7 @@ if TYPE_CHECKING:
     from cadskin.deviation import Sampler
     from cadskin.shape import NominalModel
     from cadskin.spec import Specification
+    from cadskin.verify.extraction import MadePart
 
 __all__ = ["capable_model", "correlation_length"]
 
@@ -84,17 +92,20 @@ def capable_model(
     unit = GaussianField(1.0, correlation, kernel)
     blocks = independent_blocks(nominal, unit)
     bound = bound_with_general(spec, nominal)
-    everything = {tolerance.id: Conformity("conditioned") for tolerance in bound}
-    requirements, _ = requirements_of(nominal, bound, blocks, everything)
+    pattern = nominal_part(nominal)
+    requirements, _ = requirements_of(
+        nominal, bound, blocks, policies_of({"*": "conditioned"}, bound), like=pattern
+    )
     sigma = _first_guess(nominal, blocks, requirements)
     with warnings.catch_warnings():  # the model itself will say it, with its own numbers
         warnings.simplefilter("ignore", CadskinWarning)
         sampler = unit.prepare(nominal)
+    middle = mean_offsets(bound, nominal)
     excess = np.zeros(len(requirements))
     stale = list(range(len(requirements)))  # a value changes only where a block behind it does
     for _ in range(_ROUNDS):
         asked = [requirements[k] for k in stale]
-        excess[stale] = _excess(nominal, bound, sampler, asked, _of_samples(blocks, sigma))
+        excess[stale] = _excess(pattern, bound, sampler, asked, _of_samples(blocks, sigma), middle)
         before = sigma.copy()
         for item, too_large in zip(requirements, excess, strict=True):
             for block in item.blocks if too_large > 1.0 else ():
@@ -129,18 +140,19 @@ def _of_samples(blocks: Blocks, sigma: Floats) -> Floats:
 
 
 def _excess(
-    nominal: NominalModel,
+    pattern: MadePart,
     spec: Specification,
     unit: Sampler,
     requirements: Sequence[Requirement],
     sigma: Floats,
+    middle: Floats,
 ) -> Floats:
     """Return (mean + 3 standard deviations) / limit of every requirement over pilot parts."""
-    fields = sigma * unit.draw([child_seed(_SEED, i) for i in range(_PILOTS)])
+    fields = middle + sigma * unit.draw([child_seed(_SEED, i) for i in range(_PILOTS)])
     values = np.array(
         [
             [value_of(item, part, spec) for item in requirements]
-            for part in (made_part(nominal, field) for field in fields)
+            for part in (made_part(pattern.nominal, field, like=pattern) for field in fields)
         ]
     ).reshape(_PILOTS, len(requirements))
     limits = np.array([item.limit for item in requirements])

@@ -47,7 +47,7 @@ def certificate_of(
         limit, verdict and active points of every tolerance; what could not be evaluated, and why.
     """
     bound = bound_to(spec, skin.nominal)
-    found = cast("Verification", verify(skin, bound, standard=standard))
+    found = cast("Verification", verify(skin, bound, standard=standard, sizes=True))
     provenance = skin.provenance.to_dict()
     return {
         "format": _FORMAT,
@@ -152,7 +152,9 @@ def recheck(
     ):
         if certificate[what] != found:
             notes.append(f"{what} is {found[:12]}..., the certificate says {certificate[what][:12]}...")
-    again = cast("Verification", verify(surface, bound, nominal=nominal, standard=certificate["standard"]))
+    again = cast(
+        "Verification", verify(surface, bound, nominal=nominal, standard=certificate["standard"], sizes=True)
+    )
     values = dict(again.evaluations)
     stated = {item["tolerance"]: item for item in certificate["tolerances"]}
     for name in sorted(values.keys() ^ stated.keys()):

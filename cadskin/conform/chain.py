@@ -47,6 +47,8 @@ class Setup:
         Attempts at a whole cluster before its blocks are drawn in turn.
     sweeps, slice_steps : int
         Length of the chains; slice sampling makes twice as many steps for every halving of its start.
+    pattern : MadePart, optional
+        The nominal part, whose geometry the made parts share.
     """
 
     nominal: NominalModel
@@ -59,6 +61,7 @@ class Setup:
     joint_tries: int = 20
     sweeps: int = 6
     slice_steps: int = 60
+    pattern: MadePart | None = None
 
 
 @dataclass
@@ -128,7 +131,7 @@ class Chain:
         """Return the made part of the current deviations; without slides unless it is being confirmed."""
         if self._part is None:
             make = welded_part if self._welded else made_part
-            self._part = make(self.setup.nominal, self.deviation)
+            self._part = make(self.setup.nominal, self.deviation, like=self.setup.pattern)
         return self._part
 
     @contextmanager

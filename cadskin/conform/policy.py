@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from cadskin.spec import Specification
 
-__all__ = ["Conformity", "Method", "Policies", "policies_of", "target"]
+__all__ = ["Conformity", "Method", "Policies", "policies_of", "read_policy", "target"]
 
 Method: TypeAlias = Literal["conditioned", "target", "scale", "reject", "none"]
 Policies: TypeAlias = "str | Conformity | Mapping[str, str | Conformity]"
@@ -87,7 +87,11 @@ def target(value: float | Callable[[np.random.Generator], float]) -> Conformity:
 
 
 def policies_of(conform: Policies, spec: Specification) -> dict[str, Conformity]:
-    """Return the policy of every tolerance by its id.
+    """Return the policy of every tolerance and of every size by its id.
+
+    A tolerance that has a policy of its own (``policy = "scale"`` in a spec file) keeps it, unless the
+    mapping names the tolerance. Sizes are conditioned, or rejected, or left; a target or a scaling of all
+    tolerances leaves them conditioned.
 
     Parameters
     ----------
@@ -106,17 +110,52 @@ def policies_of(conform: Policies, spec: Specification) -> dict[str, Conformity]
     >>> policies_of({"flatness-1": "none"}, Specification(flatness(">Z", 0.02)))["flatness-1"].method
     'none'
     """
-    if not isinstance(conform, Mapping):
-        one = _as_policy(conform)
-        return {tolerance.id: one for tolerance in spec}
-    known = {tolerance.id for tolerance in spec}
-    wrong = [key for key in conform if key != "*" and key not in known]
+    given = conform if isinstance(conform, Mapping) else {"*": conform}
+    sizes = {item.id for item in spec.dimensions}
+    known = {tolerance.id for tolerance in spec} | sizes
+    wrong = [key for key in given if key != "*" and key not in known]
     if wrong:
         raise SpecificationError(
             f"no tolerance has the id {wrong[0]!r}; there are {', '.join(sorted(known)) or 'none'}"
         )
-    rest = _as_policy(conform.get("*", "conditioned"))
-    return {name: _as_policy(conform[name]) if name in conform else rest for name in known}
+    rest = _as_policy(given.get("*", "conditioned"))
+    policies = {name: _as_policy(given[name]) for name in given if name != "*"}
+    for name in sizes & policies.keys():
+        if policies[name].method in ("target", "scale"):
+            raise SpecificationError(
+                f"the size {name} can be conditioned, reject or none, not {policies[name]}"
+            )
+    for tolerance in spec:
+        own = rest if tolerance.policy is None else read_policy(tolerance.policy)
+        policies.setdefault(tolerance.id, own)
+    of_sizes = Conformity() if rest.method in ("target", "scale") else rest
+    return dict.fromkeys(sizes, of_sizes) | policies
+
+
+def read_policy(text: str) -> Conformity:
+    """Return the policy that a text stands for: ``scale``, ``none``, ``target 0.02``.
+
+    Raises
+    ------
+    SpecificationError
+        None of them.
+
+    Examples
+    --------
+    >>> read_policy("target 0.02").value
+    0.02
+    """
+    method, _, value = text.strip().partition(" ")
+    if method != "target":
+        return _as_policy(text.strip())
+    try:
+        return target(float(value))
+    except ValueError as error:
+        if isinstance(error, SpecificationError):
+            raise
+        raise SpecificationError(
+            f"a target is a number of mm, such as 'target 0.02', got {text!r}"
+        ) from error
 
 
 def _as_policy(given: Any) -> Conformity:

@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cadskin.conform.flat import FlatPlaces, flat_places
+from cadskin.conform.sizes import SizeLimits, size_limits
 from cadskin.errors import AssociationError, CadskinError, SpecificationError
 from cadskin.shape.ideal import Plane
 from cadskin.skin.weld import prepare_weld, weld
 from cadskin.spec.binding import bound_to
 from cadskin.verify.extraction import MadePart
 from cadskin.verify.general import with_general
+from cadskin.verify.part_size import has_size_limits
 from cadskin.verify.tolerances import evaluate
 
 if TYPE_CHECKING:
@@ -30,6 +32,7 @@ __all__ = [
     "Unsupported",
     "bound_with_general",
     "made_part",
+    "nominal_part",
     "requirements_of",
     "value_of",
     "welded_part",
@@ -42,7 +45,7 @@ class Requirement:
 
     Parameters
     ----------
-    tolerance : Tolerance
+    tolerance : Tolerance or SizeLimits
         Of one member where members are judged one by one.
     policy : Conformity
     limit : float
@@ -57,7 +60,7 @@ class Requirement:
         The quick test of a flatness.
     """
 
-    tolerance: Tolerance
+    tolerance: Tolerance | SizeLimits
     policy: Conformity
     limit: float
     blocks: frozenset[int]
@@ -80,27 +83,39 @@ class Unsupported:
     reason: str
 
 
-def made_part(nominal: NominalModel, deviation: Floats) -> MadePart:
+def nominal_part(nominal: NominalModel) -> MadePart:
+    """Return the nominal part as if it had been made; made parts after its pattern share what it knows."""
+    part = MadePart(nominal.surface, nominal)
+    return replace(part, shared=part.geometry)
+
+
+def made_part(nominal: NominalModel, deviation: Floats, *, like: MadePart | None = None) -> MadePart:
     """Return the part of a deviation field (n_c,) without the slides inside of faces.
 
     Every vertex moves by the shortest displacement that realises its deviations; `cadskin.weld` then slides
-    the neighbours along their faces, which changes no value to first order.
+    the neighbours along their faces, which changes no value to first order. With a part to be ``like``,
+    what follows from the nominal model is not worked out again.
     """
     particular = prepare_weld(nominal).constraints.particular
     moved = nominal.surface.points + (particular @ deviation).reshape(-1, 3)
-    return MadePart(nominal.surface.with_points(moved), nominal)
+    return replace(
+        nominal_part(nominal) if like is None else like, surface=nominal.surface.with_points(moved)
+    )
 
 
-def welded_part(nominal: NominalModel, deviation: Floats) -> MadePart:
-    """Return the part of a deviation field (n_c,) as `cadskin.weld` makes it."""
+def welded_part(nominal: NominalModel, deviation: Floats, *, like: MadePart | None = None) -> MadePart:
+    """Return the part of a deviation field (n_c,) as `cadskin.weld` makes it; ``like`` as in `made_part`."""
     moved = nominal.surface.points + weld(nominal, deviation)
-    return MadePart(nominal.surface.with_points(moved), nominal)
+    return replace(
+        nominal_part(nominal) if like is None else like, surface=nominal.surface.with_points(moved)
+    )
 
 
 def value_of(requirement: Requirement, part: MadePart, spec: Specification) -> float:
     """Return the value [mm] of a requirement on a made part; infinity where it cannot be evaluated there."""
+    asked = requirement.tolerance
     try:
-        return evaluate(requirement.tolerance, part, spec).value
+        return asked.value_on(part) if isinstance(asked, SizeLimits) else evaluate(asked, part, spec).value
     except AssociationError:  # this sample, not the specification: no association exists for it
         return float("inf")
 
@@ -113,7 +128,8 @@ def bound_with_general(spec: Specification, nominal: NominalModel) -> Specificat
     SpecificationError
         It holds no tolerance, or one whose datum is the toleranced feature itself.
     """
-    if not len(spec) and spec.default is None and not spec.unresolved:
+    sizes = any(has_size_limits(dimension) for dimension in spec.dimensions)
+    if not len(spec) and spec.default is None and not spec.unresolved and not sizes:
         raise SpecificationError("the specification holds no tolerance; simulate without spec, or give one")
     bound = bound_to(spec, nominal)
     for tolerance in bound:
@@ -122,7 +138,12 @@ def bound_with_general(spec: Specification, nominal: NominalModel) -> Specificat
 
 
 def requirements_of(
-    nominal: NominalModel, spec: Specification, blocks: Blocks, policies: dict[str, Conformity]
+    nominal: NominalModel,
+    spec: Specification,
+    blocks: Blocks,
+    policies: dict[str, Conformity],
+    *,
+    like: MadePart | None = None,
 ) -> tuple[tuple[Requirement, ...], tuple[Unsupported, ...]]:
     """Return the requirements of a bound specification, and what cannot be evaluated on the nominal part.
 
@@ -132,14 +153,14 @@ def requirements_of(
         A tolerance that no simulated part can meet: its zone is narrower than the floating point can
         resolve, or wider than the part, or its datum is the feature itself.
     """
-    part = MadePart(nominal.surface, nominal)
+    part = nominal_part(nominal) if like is None else like
     found: list[Requirement] = []
     unsupported = [Unsupported(item.entity, item.reason) for item in spec.unresolved]
     for tolerance in spec:
         try:
             pieces = list(_pieces(tolerance, nominal, spec, blocks, policies[tolerance.id]))
             for piece in pieces:
-                evaluate(piece.tolerance, part, spec)
+                evaluate(piece.tolerance, part, spec)  # type: ignore[arg-type]  # no size is among them
         except CadskinError as error:
             unsupported.append(Unsupported(tolerance.id, str(error)))
             continue
@@ -149,6 +170,17 @@ def requirements_of(
         for piece in pieces:
             _refuse_meaningless(piece, nominal)
         found.extend(pieces)
+    for dimension in filter(has_size_limits, spec.dimensions):
+        try:
+            limits = size_limits(dimension, nominal)
+            limits.value_on(part)
+        except CadskinError as error:
+            unsupported.append(Unsupported(dimension.id, str(error)))
+            continue
+        own = blocks.touched(_features(nominal, dimension.feature.faces))
+        piece = Requirement(limits, policies[dimension.id], limits.value, own, own)
+        _refuse_meaningless(piece, nominal)
+        found.append(piece)
     return tuple(found), tuple(unsupported)
 
 
@@ -156,7 +188,8 @@ def _pieces(
     tolerance: Tolerance, nominal: NominalModel, spec: Specification, blocks: Blocks, policy: Conformity
 ) -> Iterator[Requirement]:
     members = tolerance.feature.members
-    if len(members) > 1 and not tolerance.datums and tolerance.characteristic.group == "form":
+    alone = not tolerance.datums and tolerance.zone.combined is not True
+    if len(members) > 1 and alone and tolerance.characteristic.group in ("form", "profile"):
         for faces in members:
             selection = replace(tolerance.feature, faces=faces, groups=())
             yield _piece(replace(tolerance, feature=selection), nominal, spec, blocks, policy)

@@ -14,7 +14,7 @@ from cadskin.conform.chain import Chain, Setup, Tally
 from cadskin.conform.clusters import clusters_of
 from cadskin.conform.policy import policies_of
 from cadskin.conform.rejection import draw_cluster
-from cadskin.conform.requirements import bound_with_general, requirements_of
+from cadskin.conform.requirements import bound_with_general, nominal_part, requirements_of
 from cadskin.conform.streams import FIRST_SAMPLES, BlockSamplers, first_fields
 from cadskin.deviation import DeviationModel
 from cadskin.errors import ConformityError, DeviationError
@@ -202,7 +202,8 @@ def prepare_conforming(
     bound = bound_with_general(spec, nominal)
     policies = policies_of(conform, bound)
     blocks = independent_blocks(nominal, model, whole=whole)
-    requirements, unsupported = requirements_of(nominal, bound, blocks, policies)
+    pattern = nominal_part(nominal)
+    requirements, unsupported = requirements_of(nominal, bound, blocks, policies, like=pattern)
     setup = Setup(
         nominal=nominal,
         spec=bound,
@@ -214,6 +215,7 @@ def prepare_conforming(
         joint_tries=joint_tries,
         sweeps=sweeps,
         slice_steps=slice_steps,
+        pattern=pattern,
     )
     return ConformingSampler(nominal, model, bound, requirements, unsupported, setup, policies)
 

@@ -15,8 +15,9 @@ import numpy as np
 from scipy.sparse import csr_array, hstack, vstack
 
 from cadskin.conform.blocks import independent_blocks
-from cadskin.conform.policy import Conformity
-from cadskin.conform.requirements import bound_with_general, requirements_of, welded_part
+from cadskin.conform.policy import policies_of
+from cadskin.conform.requirements import bound_with_general, requirements_of, value_of, welded_part
+from cadskin.conform.sizes import SizeLimits
 from cadskin.deviation import WhiteNoise
 from cadskin.errors import ConformityError
 from cadskin.shape.ideal import Cylinder, Plane
@@ -24,7 +25,6 @@ from cadskin.skin.model import SkinModel
 from cadskin.skin.provenance import provenance_of
 from cadskin.verify.extraction import MadePart
 from cadskin.verify.part_datums import placement
-from cadskin.verify.tolerances import evaluate
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -85,8 +85,9 @@ def worst_part(nominal: NominalModel, spec: Specification, weights: Floats) -> W
     """
     bound = bound_with_general(spec, nominal)
     blocks = independent_blocks(nominal, WhiteNoise(1.0))
-    everything = {tolerance.id: Conformity("conditioned") for tolerance in bound}
-    requirements, unsupported = requirements_of(nominal, bound, blocks, everything)
+    requirements, unsupported = requirements_of(
+        nominal, bound, blocks, policies_of({"*": "conditioned"}, bound)
+    )
     fixed = _datum_rows(nominal, bound)
     zones, left_out = [], [(item.tolerance, item.reason) for item in unsupported]
     for item in requirements:
@@ -125,6 +126,8 @@ def _datum_rows(nominal: NominalModel, spec: Specification) -> Bools:
 def _zone(item: Requirement, nominal: NominalModel, spec: Specification) -> _Zone | str:
     """Return the linear zone of a requirement, or why it has none."""
     tolerance = item.tolerance
+    if isinstance(tolerance, SizeLimits):
+        return _size_zone(tolerance, nominal)
     features = {nominal.feature_of(face).id: nominal.feature_of(face) for face in tolerance.feature.faces}
     group = tolerance.characteristic.group
     if tolerance.material != "RFS":
@@ -151,6 +154,17 @@ def _zone(item: Requirement, nominal: NominalModel, spec: Specification) -> _Zon
     motions = _rigid(chosen, place.frame.origin, place.frame.axes)[:, free]
     low, high = tolerance.zone.bounds(item.limit) if group == "profile" else (-half, half)
     return _Zone(_rows(chosen), motions, low, high)
+
+
+def _size_zone(limits: SizeLimits, nominal: NominalModel) -> _Zone | str:
+    """Return the zone that keeps every local size within its limits: each radius keeps to half of them."""
+    features = [nominal.feature_of(face) for face in limits.feature.faces]
+    chosen = tuple({feature.id: feature for feature in features}.values())
+    if len(chosen) > 1:
+        return "a size of several cylinders is not supported"
+    middle = limits.offset(chosen[0])
+    half = limits.value * (1.0 if limits.dimension.name == "radius" else 0.5)
+    return _Zone(_rows(chosen), _rigid(chosen, np.zeros(3), np.eye(3)), middle - half, middle + half)
 
 
 def _rows(features: Sequence[Feature]) -> Ints:
@@ -218,7 +232,7 @@ def _confirm(
 ) -> None:
     part = welded_part(nominal, deviation)
     for item in requirements:
-        value = evaluate(item.tolerance, part, spec).value
+        value = value_of(item, part, spec)
         if value > item.limit:
             raise ConformityError(
                 f"{item.label}: the part that is worst to first order has {value:.9g} mm; this tolerance "

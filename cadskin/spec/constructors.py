@@ -89,7 +89,7 @@ def tolerance(  # noqa: PLR0913
         ``projected=``, ``outside=``, ``offset=`` (ISO UZ), ``maximum=``, ``per_length=``, ``per_area=``,
         ``combined=`` of the zone; ``intersection_plane="parallel A"``, ``orientation_plane=``,
         ``direction_feature=``, ``collection_plane=``;
-        ``id=``, ``name=``, ``parent=``, ``model=``, ``standard=``.
+        ``id=``, ``name=``, ``parent=``, ``model=``, ``policy=``, ``standard=``.
 
     Raises
     ------
@@ -112,7 +112,9 @@ def tolerance(  # noqa: PLR0913
     feature = as_selection(on, derived=derived)
     if scope is None:
         scope = "general" if not feature else "pattern" if _count(feature) > 1 else "feature"
-    own = {key: rest.pop(key) for key in ("id", "name", "parent", "standard", "source") if key in rest}
+    own = {
+        key: rest.pop(key) for key in ("id", "name", "parent", "policy", "standard", "source") if key in rest
+    }
     model = rest.pop("model", None)
     indicators = _indicators(rest)
     if rest:

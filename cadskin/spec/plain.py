@@ -75,6 +75,7 @@ def _tolerance(tolerance: Tolerance) -> dict[str, Any]:
         "name": tolerance.name,
         "standard": tolerance.standard,
         "model": None if tolerance.model is None else dict(tolerance.model),
+        "policy": tolerance.policy,
         "notes": list(tolerance.notes),
         "source": tolerance.source,
     }

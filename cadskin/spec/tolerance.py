@@ -55,6 +55,9 @@ class Tolerance:
         ``ISO`` or ``ASME`` where it is known.
     model : Mapping or None
         Choice of a deviation model, passed on as written.
+    policy : str or None
+        How simulated parts meet it: ``conditioned``, ``scale``, ``reject``, ``none``, ``target 0.02``;
+        passed on as written (see `cadskin.conform.Conformity`).
     notes : tuple of str
         What had to be interpreted; not compared.
     source : str or None
@@ -77,6 +80,7 @@ class Tolerance:
     raw_unit: str | None = None
     standard: str | None = None
     model: Mapping[str, Any] | None = field(default=None, hash=False)
+    policy: str | None = None
     notes: tuple[str, ...] = field(default=(), compare=False)
     source: str | None = field(default=None, compare=False)
 

@@ -33,7 +33,19 @@ _TOLERANCE_KEYS = (
     *("datums", "diameter", "spherical", "material", "modifiers", "scope", "value"),
     *("form", "projected", "projected_offset", "outside", "offset", "maximum", "per_length", "per_area"),
     *INDICATOR_KINDS,
-    *("combined", "angle_deg", "angle_rad", "id", "name", "parent", "raw", "standard", "model", "source"),
+    *(
+        "combined",
+        "angle_deg",
+        "angle_rad",
+        "id",
+        "name",
+        "parent",
+        "raw",
+        "standard",
+        "model",
+        "policy",
+        "source",
+    ),
 )
 _MAX_BYTES = 16 << 20
 
@@ -189,6 +201,7 @@ def _tolerance(item: SpecTable, name: str, value: Any, *, is_default: bool = Fal
         name=item.text("name", "") or "",
         parent=item.text("parent"),
         standard=item.text("standard"),
+        policy=item.text("policy"),
         source=item.text("source") or item.source,
         model=None if model is None else model.values,
         indicators=tuple(read_indicators(item)),

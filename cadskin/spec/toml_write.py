@@ -170,6 +170,7 @@ def _tolerance(item: Tolerance, *, write_id: bool) -> dict[str, Any]:
         "raw": [item.raw_value, item.raw_unit] if item.raw_value is not None and item.raw_unit else None,
         "standard": item.standard,
         "model": item.model,
+        "policy": item.policy,
         "source": _kept_source(item.source),
     }
 

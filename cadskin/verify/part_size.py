@@ -6,14 +6,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cadskin.errors import SpecificationError
+from cadskin.errors import AssociationError, SpecificationError
 from cadskin.shape.ideal import Cylinder
+from cadskin.verify._circles import gaussian_circles
 from cadskin.verify.evaluation import Evaluation
 from cadskin.verify.extraction import axial_sections
 from cadskin.verify.part_form import axis_pose
-from cadskin.verify.size import local_diameters
+from cadskin.verify.size import diameters_about
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from cadskin._typing import Floats, Points
+    from cadskin.shape.association import Pose
     from cadskin.spec import Dimension
     from cadskin.verify.extraction import MadePart
 
@@ -45,6 +50,8 @@ def evaluate_size(dimension: Dimension, part: MadePart, *, sections: int = 15) -
     ------
     SpecificationError
         Another feature, or a modifier such as the envelope requirement.
+    AssociationError
+        No section is a full turn.
     """
     if dimension.modifiers:
         raise SpecificationError(
@@ -59,8 +66,10 @@ def evaluate_size(dimension: Dimension, part: MadePart, *, sections: int = 15) -
     found = []
     for feature in features:
         pose = axis_pose(feature, part.points(feature.face_indices))
-        for ring in axial_sections(part, feature.face_indices, pose, sections):
-            found.append(factor * local_diameters(ring, pose.axis))
+        rings = axial_sections(part, feature.face_indices, pose, sections)
+        found += [factor * diameters for diameters in _local_sizes(rings, pose)]
+    if not found:
+        raise AssociationError(f"dimension {dimension.id}: two-point sizes need a full turn of the feature")
     sizes = np.concatenate(found)
     smallest, largest = float(sizes.min()), float(sizes.max())
     low = np.inf if dimension.lower is None else smallest - dimension.lower
@@ -80,3 +89,16 @@ def evaluate_size(dimension: Dimension, part: MadePart, *, sections: int = 15) -
         ),
         verdict=bool(low >= 0 and high >= 0),
     )
+
+
+def _local_sizes(rings: Sequence[Points], pose: Pose) -> list[Floats]:
+    """Return the two-point sizes of sections across an axis; a section through a wavy rim is none."""
+    flat = np.ascontiguousarray(pose.local(np.concatenate(rings))[:, :2])
+    starts = np.cumsum([0, *(len(ring) for ring in rings)])
+    circles, settled = gaussian_circles(flat, starts)
+    found = []
+    for k in np.flatnonzero(settled):
+        diameters = diameters_about(flat[starts[k] : starts[k + 1]] - circles[k, :2])
+        if diameters is not None:
+            found.append(diameters)
+    return found

@@ -14,7 +14,7 @@ from cadskin.verify.evaluation import Evaluation, active_of
 if TYPE_CHECKING:
     from cadskin._typing import Floats, Points, Vectors
 
-__all__ = ["SizeCriterion", "global_size", "local_diameters", "rank"]
+__all__ = ["SizeCriterion", "diameters_about", "global_size", "local_diameters", "rank"]
 
 SizeCriterion: TypeAlias = Literal["GG", "GX", "GN"]
 _CRITERION = {"GG": "least squares", "GX": "maximum inscribed", "GN": "minimum circumscribed"}
@@ -85,11 +85,19 @@ def local_diameters(points: Points, normal: Vectors | None = None) -> Floats:
     """
     circle = associate(points, "circle", "least squares", section_normal=normal)
     flat = (np.asarray(points) - circle.pose.origin) @ frame_about(circle.pose.axis)[:, :2]
+    sizes = diameters_about(flat)
+    if sizes is None:
+        raise AssociationError("two-point sizes need a full turn of the section")
+    return sizes
+
+
+def diameters_about(flat: Floats) -> Floats | None:
+    """Return the two-point sizes (n,) [mm] of a section (n, 2) about the origin; None for no full turn."""
     angle = np.mod(np.arctan2(flat[:, 1], flat[:, 0]), 2 * np.pi)
     order = np.argsort(angle)
     angle, radius = angle[order], np.linalg.norm(flat, axis=1)[order]
     if np.diff(angle, append=angle[0] + 2 * np.pi).max() > 0.5 * np.pi:
-        raise AssociationError("two-point sizes need a full turn of the section")
+        return None
     opposite = np.interp(np.mod(angle + np.pi, 2 * np.pi), angle, radius, period=2 * np.pi)
     return np.asarray(radius + opposite)
 
