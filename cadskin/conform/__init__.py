@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from cadskin.conform.capability import capability_scale, fraction_outside, tail_quantile
 from cadskin.conform.capable import capable_model
-from cadskin.conform.policy import Conformity, policies_of, target
+from cadskin.conform.policy import Conformity, conditioned, policies_of, target
 from cadskin.conform.process import process_of
 from cadskin.conform.simulate import ConformingSampler, Made, prepare_conforming, simulate_conforming
 
@@ -14,6 +14,7 @@ __all__ = [
     "Made",
     "capability_scale",
     "capable_model",
+    "conditioned",
     "fraction_outside",
     "policies_of",
     "prepare_conforming",

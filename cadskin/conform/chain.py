@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cadskin.conform.requirements import Requirement, made_part, value_of, welded_part
+from cadskin.conform.screening import Search, search_of, search_on
 from cadskin.conform.streams import BlockFields, BlockSamplers
 from cadskin.errors import ConformityError
 
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from cadskin._typing import Floats
     from cadskin.conform.blocks import Blocks
     from cadskin.conform.clusters import Cluster
+    from cadskin.conform.routes import BlockRoute, BlockRoutes
     from cadskin.shape import NominalModel
     from cadskin.spec import Specification
     from cadskin.verify.extraction import MadePart
@@ -39,6 +41,7 @@ class Setup:
     blocks : Blocks
     clusters : tuple of Cluster
     samplers : BlockSamplers
+    routes : BlockRoutes
     mean : (n_c,) float or None
         Of a Gaussian model [mm]; None where the model is not known to be Gaussian.
     max_tries : int
@@ -56,12 +59,25 @@ class Setup:
     blocks: Blocks
     clusters: tuple[Cluster, ...]
     samplers: BlockSamplers
+    routes: BlockRoutes
     mean: Floats | None
     max_tries: int = 200
     joint_tries: int = 20
     sweeps: int = 6
     slice_steps: int = 60
     pattern: MadePart | None = None
+
+    def tests_per_attempt(self) -> int:
+        """Return how many blocks and clusters are accepted or refused when all are drawn once."""
+        own = sum(bool(items) for cluster in self.clusters for items in cluster.own.values())
+        return own + sum(bool(cluster.coupled) for cluster in self.clusters)
+
+    def only_route(self) -> BlockRoute | None:
+        """Return the route of a part that is one block with nothing but bands on it."""
+        if len(self.clusters) != 1 or len(self.blocks) != 1 or self.clusters[0].coupled:
+            return None
+        own = self.clusters[0].own[0]
+        return self.routes.of(0, own) if own else None
 
 
 @dataclass
@@ -77,7 +93,7 @@ class Tally:
     attempts, accepted : int
         Attempts at clusters by rejection, and how many were kept.
     samplers : set of str
-        ``rejection``, ``slice``, ``blocks in turn``, ``scaled``.
+        ``rejection``, ``hmc``, ``slice``, ``gibbs``, ``blocks in turn``, ``scaled``.
     """
 
     tried: dict[str, int] = field(default_factory=dict)
@@ -95,6 +111,20 @@ class Tally:
             self.refused[name] = self.refused.get(name, 0) + 1
             self.best[name] = min(value, self.best.get(name, np.inf))
 
+    def add(self, route: BlockRoute, search: Search) -> None:
+        """Record the tests of a search for a block, and what it found."""
+        found = int(search.found is not None)
+        self.attempts += search.tried
+        self.accepted += found
+        left = search.tried
+        for item, refused, least in zip(route.items, search.refused, search.least, strict=True):
+            name = item.tolerance.id
+            self.tried[name] = self.tried.get(name, 0) + left
+            if refused:
+                self.refused[name] = self.refused.get(name, 0) + int(refused)
+                self.best[name] = min(float(least) * item.limit, self.best.get(name, np.inf))
+            left -= int(refused)
+
 
 class Chain:
     """The deviations of one sample while it is drawn.
@@ -106,10 +136,19 @@ class Chain:
         Of the sample: everything that happens depends on it alone.
     first : (k, n_c) float, optional
         Its first fields, where they were drawn with those of other samples; see `first_fields`.
+    search : Search, optional
+        For the first field of a part that is one block, where it was made with those of other samples.
     """
 
-    def __init__(self, setup: Setup, seed: np.random.SeedSequence, first: Floats | None = None) -> None:
+    def __init__(
+        self,
+        setup: Setup,
+        seed: np.random.SeedSequence,
+        first: Floats | None = None,
+        search: Search | None = None,
+    ) -> None:
         self.setup = setup
+        self._search = search
         self.deviation = np.zeros(setup.nominal.n_samples)
         self.fields = BlockFields(setup.samplers, seed, first)
         self.tally = Tally()
@@ -167,6 +206,18 @@ class Chain:
         """Put a fresh field on a block, fitted where that is asked for; tell whether it meets ``own``."""
         self.put(block, self.fields.fresh(block))
         return self.fitted(own) and self.meets_all(own)
+
+    def searched(self, block: int, route: BlockRoute) -> Search:
+        """Return the search for a field of a block that fits its bands, gone as far as the route goes."""
+        search, self._search = self._search, None
+        if search is None:
+            begin = self.fields.candidates_of(block)
+            search = search_of(route.block, self.fields.stream(block), begin)
+            search_on([search], route.block, route.first_tries)
+        if search.found is None and route.tries > search.tried:
+            search_on([search], route.block, route.tries - search.tried)
+        self.fields.note_candidates(block, search.next)
+        return search
 
     def fitted(self, items: Iterable[Requirement]) -> bool:
         """Scale the features of targeted and scaled requirements; tell whether that worked."""

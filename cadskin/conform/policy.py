@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from math import isfinite
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args
@@ -14,9 +14,20 @@ if TYPE_CHECKING:
 
     from cadskin.spec import Specification
 
-__all__ = ["Conformity", "Method", "Policies", "policies_of", "read_policy", "target"]
+__all__ = [
+    "Conformity",
+    "Method",
+    "Policies",
+    "SamplerName",
+    "conditioned",
+    "policies_of",
+    "read_policy",
+    "sampler_of",
+    "target",
+]
 
 Method: TypeAlias = Literal["conditioned", "target", "scale", "reject", "none"]
+SamplerName: TypeAlias = Literal["auto", "rejection", "hmc", "slice", "gibbs"]
 Policies: TypeAlias = "str | Conformity | Mapping[str, str | Conformity]"
 
 
@@ -33,20 +44,30 @@ class Conformity:
         ``none``: the raw law; the tolerance may be violated.
     value : float, or callable, or None
         Of ``target``: the value [mm], or a function of a `numpy.random.Generator` that draws it.
+    sampler : {"auto", "rejection", "hmc", "slice", "gibbs"}
+        Of ``conditioned``: how what depends on one block alone is drawn. ``auto`` rejects where at least one
+        of a hundred raw fields fits and runs a Markov chain where fewer do; see `cadskin.conform.routes`.
 
     Raises
     ------
     SpecificationError
-        Unknown method, or a target without a positive value.
+        Unknown method or sampler, or a target without a positive value.
     """
 
     method: Method = "conditioned"
     value: float | Callable[[np.random.Generator], float] | None = None
+    sampler: SamplerName = "auto"
 
     def __post_init__(self) -> None:
         """Check method and value."""
         if self.method not in get_args(Method):
             raise SpecificationError(f"conformity {self.method!r} is none of {', '.join(get_args(Method))}")
+        if self.sampler not in get_args(SamplerName):
+            raise SpecificationError(
+                f"sampler must be one of {', '.join(get_args(SamplerName))}, got {self.sampler!r}"
+            )
+        if self.sampler != "auto" and self.method != "conditioned":
+            raise SpecificationError(f"a sampler goes with 'conditioned' only, not with {self.method!r}")
         if (self.method == "target") != (self.value is not None):
             raise SpecificationError("a target needs a value, and only a target: target(0.02)")
         if isinstance(self.value, int | float) and not (isfinite(self.value) and self.value > 0):
@@ -69,10 +90,27 @@ class Conformity:
 
     def __str__(self) -> str:
         if self.method != "target":
-            return self.method
+            return self.method if self.sampler == "auto" else f"{self.method} by {self.sampler}"
         if callable(self.value):
             return f"target {getattr(self.value, '__name__', 'distribution')}"
         return f"target {self.value:g}"
+
+
+def conditioned(*, sampler: SamplerName = "auto") -> Conformity:
+    """Return the policy of the exact conditioned law, drawn by a chosen sampler.
+
+    Examples
+    --------
+    >>> str(conditioned(sampler="hmc"))
+    'conditioned by hmc'
+    """
+    return Conformity("conditioned", sampler=sampler)
+
+
+def sampler_of(items: Iterable[Any]) -> SamplerName:
+    """Return the sampler that the policies of requirements ask for; the first that is not ``auto``."""
+    asked: list[SamplerName] = [item.policy.sampler for item in items if item.policy.sampler != "auto"]
+    return asked[0] if asked else "auto"
 
 
 def target(value: float | Callable[[np.random.Generator], float]) -> Conformity:
@@ -164,5 +202,8 @@ def _as_policy(given: Any) -> Conformity:
     if isinstance(given, str):
         if given == "target":
             raise SpecificationError("a target needs a value: conform=target(0.02)")
+        method, _, sampler = given.partition(" by ")
+        if sampler:
+            return Conformity(method, sampler=sampler)  # type: ignore[arg-type]
         return Conformity(given)  # type: ignore[arg-type]
     raise SpecificationError(f"conform takes a name, a Conformity or a mapping of them, not {given!r}")

@@ -6,20 +6,24 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from cadskin.deviation._philox import stream_of
 from cadskin.skin.simulate import child_seed
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    from numpy.typing import NDArray
 
     from cadskin._typing import Floats
     from cadskin.conform.blocks import Blocks
     from cadskin.deviation import DeviationModel, Sampler
     from cadskin.shape import NominalModel
 
-__all__ = ["FIRST_SAMPLES", "BlockFields", "BlockSamplers", "first_fields"]
+__all__ = ["FIRST_SAMPLES", "SEARCHED_SAMPLES", "BlockFields", "BlockSamplers", "first_fields"]
 
 _FIRST = 4  # fields of a sample that are drawn together with those of other samples
 FIRST_SAMPLES = 8
+SEARCHED_SAMPLES = 32
 _SHARED = 8  # the first fields are drawn for all blocks at once
 _BATCH = 32  # then as many at a time for one block
 
@@ -65,6 +69,8 @@ class BlockFields:
         self._shared: Floats | None = None
         self._batch: dict[int, tuple[int, Floats]] = {}
         self._next = np.zeros(len(samplers.blocks), dtype=np.int64)
+        self._candidates: dict[int, int] = {}
+        self._chains: dict[int, int] = {}
 
     def fresh(self, block: int) -> Floats:
         """Return the next field of a block on its rows (k,) [mm]."""
@@ -85,6 +91,24 @@ class BlockFields:
             )
             self._batch[block] = (start, np.ascontiguousarray(fields[:, rows]))
         return np.asarray(self._batch[block][1][number - start])
+
+    def stream(self, block: int) -> NDArray[np.uint32]:
+        """Return the stream (4,) of the normal numbers of a block, for candidates and chains of them."""
+        return stream_of(self.seed, block)
+
+    def candidates_of(self, block: int) -> int:
+        """Return the number of the next candidate from the stream of a block."""
+        return self._candidates.get(block, 0)
+
+    def note_candidates(self, block: int, following: int) -> None:
+        """Keep the number of the candidate that follows those used."""
+        self._candidates[block] = following
+
+    def chains_of(self, block: int) -> int:
+        """Return how many chains of a block there were before, and count one more."""
+        before = self._chains.get(block, 0)
+        self._chains[block] = before + 1
+        return before
 
     def generator(self, stream: int) -> np.random.Generator:
         """Return a generator of the sample that no field uses."""

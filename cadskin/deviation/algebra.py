@@ -14,6 +14,8 @@ from cadskin.deviation.samplers import BLOCK, FixedSampler, Sampler, child_seque
 from cadskin.errors import DeviationError
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from cadskin._typing import Bools, Floats
     from cadskin.shape import Feature, NominalModel
 
@@ -54,6 +56,8 @@ class _SumSampler(Sampler):
         self.terms = tuple(terms)
         self.n_samples = self.terms[0].n_samples
         self.notes = tuple(note for term in self.terms for note in term.notes)
+        known = [term.latent for term in self.terms]
+        self.latent = sum(known) if min(known) >= 0 else -1
 
     def fill(self, seeds: Sequence[np.random.SeedSequence], out: Floats) -> None:
         self.terms[0].fill([child_sequence(seed, 0) for seed in seeds], out)
@@ -65,6 +69,14 @@ class _SumSampler(Sampler):
                     [child_sequence(seed, t) for seed in seeds[start : start + BLOCK]], extra[: len(rows)]
                 )
                 rows += extra[: len(rows)]
+
+    def transform(self, noise: NDArray[Any]) -> Floats:
+        out, start = np.zeros((len(noise), self.n_samples)), 0
+        for term in self.terms:
+            stop = start + term.latent
+            out += term.transform(noise[:, start:stop])
+            start = stop
+        return out
 
 
 @register
@@ -95,11 +107,14 @@ class ScaledModel(DeviationModel):
 class _ScaledSampler(Sampler):
     def __init__(self, factor: float, inner: Sampler) -> None:
         self.factor, self.inner = factor, inner
-        self.n_samples, self.notes = inner.n_samples, inner.notes
+        self.n_samples, self.notes, self.latent = inner.n_samples, inner.notes, inner.latent
 
     def fill(self, seeds: Sequence[np.random.SeedSequence], out: Floats) -> None:
         self.inner.fill(seeds, out)
         out *= self.factor
+
+    def transform(self, noise: NDArray[Any]) -> Floats:
+        return self.factor * self.inner.transform(noise)
 
 
 @register
@@ -147,11 +162,16 @@ class RestrictedModel(DeviationModel):
 class _MaskedSampler(Sampler):
     def __init__(self, inner: Sampler, mask: Bools) -> None:
         self.inner, self.outside = inner, ~mask
-        self.n_samples, self.notes = inner.n_samples, inner.notes
+        self.n_samples, self.notes, self.latent = inner.n_samples, inner.notes, inner.latent
 
     def fill(self, seeds: Sequence[np.random.SeedSequence], out: Floats) -> None:
         self.inner.fill(seeds, out)
         out[:, self.outside] = 0.0
+
+    def transform(self, noise: NDArray[Any]) -> Floats:
+        out = self.inner.transform(noise)
+        out[:, self.outside] = 0.0
+        return out
 
 
 def _terms(model: DeviationModel) -> tuple[DeviationModel, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,6 +12,8 @@ from cadskin._random import seed_sequence
 from cadskin.errors import DeviationError
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from cadskin._typing import Floats, RNGLike
 
 __all__ = ["BLOCK", "FixedSampler", "Sampler", "child_sequence"]
@@ -28,10 +30,14 @@ class Sampler(ABC):
         Length n_c of a deviation field.
     notes : tuple of str
         What was decided in the set-up (the route of a Gaussian field, its certificate).
+    latent : int
+        Number of independent standard normal numbers that a field is an affine function of; -1 where it is
+        none, or not known to be one. See `transform`.
     """
 
     n_samples: int
     notes: tuple[str, ...] = ()
+    latent: int = -1
 
     @abstractmethod
     def fill(self, seeds: Sequence[np.random.SeedSequence], out: Floats) -> None:
@@ -42,6 +48,18 @@ class Sampler(ABC):
         out = np.zeros((len(seeds), self.n_samples))
         self.fill(seeds, out)
         return out
+
+    def transform(self, noise: NDArray[Any]) -> Floats:
+        """Return the deviation fields (k, n_c) [mm] of standard normal numbers (k, latent).
+
+        Raises
+        ------
+        DeviationError
+            The model is not known to be an affine function of normal numbers.
+        """
+        raise DeviationError(
+            f"{type(self).__name__} is no linear function of {noise.shape[-1]} normal numbers"
+        )
 
     def sample(self, *, size: int = 1, rng: RNGLike = None) -> Floats:
         """Return ``size`` deviation fields (size, n_c) [mm]; see `DeviationModel.sample`."""
@@ -56,12 +74,17 @@ class FixedSampler(Sampler):
 
     def __init__(self, values: Floats, notes: tuple[str, ...] = ()) -> None:
         self.values = np.asarray(values, dtype=np.float64)
+        self.latent = 0
         self.n_samples = len(self.values)
         self.notes = notes
 
     def fill(self, seeds: Sequence[np.random.SeedSequence], out: Floats) -> None:
         """Repeat the field."""
         out[: len(seeds)] = self.values
+
+    def transform(self, noise: NDArray[Any]) -> Floats:
+        """Repeat the field."""
+        return np.repeat(self.values[None, :], len(noise), axis=0)
 
 
 def child_sequence(seed: np.random.SeedSequence, index: int) -> np.random.SeedSequence:

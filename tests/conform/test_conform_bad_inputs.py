@@ -41,18 +41,11 @@ def test_systematic_part_that_is_outside_names_the_tolerance(part):
 
 
 def test_model_that_is_not_gaussian_has_no_second_sampler(part):
-    class Odd(GaussianField):
-        pass
-
-    Odd.name = "odd"
-
     class Cubed(Paraboloid):
         name = "cubed"
 
         def prepare(self, nominal, features=None):
-            inner = MODEL.prepare(nominal, features)
-            inner.scale = inner.scale * 100.0
-            return inner
+            return (100.0 * MODEL).prepare(nominal, features)
 
     with pytest.raises(ConformityError, match=r"flatness-1 .* binds.*Gaussian model"):
         simulate_conforming(part, Cubed(0.1), Specification(flatness(TOP, 0.002)), max_tries=40)
