@@ -16,7 +16,7 @@ def command(
         Path,
         typer.Argument(
             metavar="MESH",
-            help="Made part with face labels (.npz or .ply), or a run folder.",
+            help="Made part with face labels (.npz or .ply), a run folder, or measured parts (.qif).",
             show_default=False,
         ),
     ],
@@ -68,6 +68,10 @@ def command(
 
         chosen = cast("Standard", standard)
         return verify_run(mesh, spec, standard=chosen, sections=sections, csv=csv, qif=qif, json=json)
+    if mesh.suffix.lower() == ".qif":
+        from cadskin.cli._verify_qif import verify_qif
+
+        return verify_qif(mesh, json=json)
     if of is None:
         raise SpecificationError(f"{mesh.name} is a mesh: name the CAD file of its nominal part with --of")
     made = read_labelled_mesh(mesh)

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 from pathlib import Path
 
+import cadquery as cq
 import numpy as np
 import pytest
 
+import cadskin as cs
 from cadskin.cad.measured import read_qif
+from cadskin.cli.main import main
 from cadskin.errors import ReadError
 from cadskin.stats import StatisticalShapeModel, leave_one_out
+from cadskin.verify import write_qif
 
 CORPUS = Path(
     os.environ.get("CADSKIN_CORPUS", Path(__file__).resolve().parents[3] / ".." / "shared" / "corpus")
@@ -124,7 +129,7 @@ def test_a_point_that_was_not_measured_is_not_a_pass(tmp_path):
     ("text", "message"),
     [
         ("nothing", "cannot be read"),
-        ("<a/>", "not a QIF 3 document"),
+        ("<a/>", "not a QIF 2 or QIF 3 document"),
         (SMALL.replace("<FeatureNominalId>1<", "<FeatureNominalId>99<"), "99"),
         (SMALL.replace("1 2 3.009", "1 2"), "instead of three"),
         (re.sub(r"<Results>.*</Results>", "", SMALL, flags=re.DOTALL), "no measurement results"),
@@ -133,3 +138,74 @@ def test_a_point_that_was_not_measured_is_not_a_pass(tmp_path):
 def test_broken_files_are_refused(tmp_path, text, message):
     with pytest.raises(ReadError, match=message):
         read_qif(written(tmp_path, text))
+
+
+DIAMETER = """
+<DiameterCharacteristicDefinition id="30"><Tolerance><MaxValue>{high}</MaxValue><MinValue>{low}</MinValue>
+<DefinedAsLimit>{as_limit}</DefinedAsLimit></Tolerance></DiameterCharacteristicDefinition>
+</CharacteristicDefinitions>"""
+ITEM = """<DiameterCharacteristicItem id="50"><Name>D</Name>
+<CharacteristicNominalId>40</CharacteristicNominalId>
+</DiameterCharacteristicItem></CharacteristicItems>"""
+NOMINAL = """<DiameterCharacteristicNominal id="40">
+<CharacteristicDefinitionId>30</CharacteristicDefinitionId>
+<TargetValue>0.5</TargetValue></DiameterCharacteristicNominal></CharacteristicNominals>"""
+MEASUREMENT = """</MeasuredFeatures><MeasuredCharacteristics><CharacteristicMeasurements>
+<DiameterCharacteristicMeasurement id="60"><Status><CharacteristicStatusEnum>PASS</CharacteristicStatusEnum>
+</Status><CharacteristicItemId>50</CharacteristicItemId><Value>{value}</Value>
+</DiameterCharacteristicMeasurement></CharacteristicMeasurements></MeasuredCharacteristics>"""
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "as_limit", "value", "verdict"),
+    [
+        (-0.01, 0.01, "false", 0.509, "PASS"),
+        (-0.01, 0.01, "false", 0.511, "FAIL"),
+        (0.48, 0.50, "true", 0.481, "PASS"),
+        (0.48, 0.50, "1", 0.509, "FAIL"),
+    ],
+)
+@pytest.mark.parametrize("version", ["qif2", "qif3"])
+def test_limits_of_a_size_judge_the_reported_value(tmp_path, low, high, as_limit, value, verdict, version):
+    text = SMALL.replace(
+        "</CharacteristicDefinitions>", DIAMETER.format(low=low, high=high, as_limit=as_limit)
+    )
+    text = text.replace("</CharacteristicNominals>", NOMINAL).replace("</CharacteristicItems>", ITEM)
+    text = text.replace("</MeasuredFeatures>", MEASUREMENT.format(value=value)).replace("qif3", version)
+    results = read_qif(written(tmp_path, text))
+    assert [one.type for one in results.characteristics] == ["PointProfile", "Diameter"]
+    assert results.values()[0, 1] == pytest.approx(25.4 * value)
+    assert np.isnan(results.deviations()[0, 1])
+    assert results.characteristics[1].tolerance == pytest.approx(0.02 * 25.4)
+    assert results.verdicts() == (verdict,)
+
+
+def test_our_own_results_come_back(tmp_path):
+    """Written by `write_qif`, read by `read_qif`: the same values, limits and verdicts."""
+    part = cs.nominal(cq.Workplane().box(30, 20, 10), edge_length=3.0)
+    spec = cs.Specification(
+        cs.flatness(">Z", 0.03), cs.parallelism(">Z", 0.05, datums="A"), datums={"A": "<Z"}
+    )
+    tables = [
+        cs.verify(cs.simulate(part, cs.GaussianField(sigma=sigma, length=10), rng=2), spec)
+        for sigma in (0.002, 0.05)
+    ]
+    results = read_qif(write_qif(tmp_path / "a.qif", tables, spec, part))
+    assert [one.type for one in results.characteristics] == ["Flatness", "Parallelism"]
+    assert results.verdicts() == ("PASS", "FAIL") == tuple(part.declared for part in results.parts)
+    for row, table in zip(results.values(), tables, strict=True):
+        np.testing.assert_allclose(row, [found.value for _, found in table.evaluations], rtol=1e-9)
+    assert [one.upper for one in results.characteristics] == pytest.approx([0.03, 0.05])
+
+
+def test_results_are_judged_again_on_the_command_line(tmp_path, capsys):
+    path = written(tmp_path, SMALL)
+    assert main(["verify", str(path), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["parts"][0] == {
+        "part": "6", "declared": "PASS", "found": "PASS", "outside": []
+    }  # fmt: skip
+    path.write_text(SMALL.replace("3.009", "3.02"))
+    assert main(["verify", str(path)]) == 1
+    told = capsys.readouterr()
+    assert "FAIL" in told.out
+    assert "1 of 1 parts are judged otherwise than the file declares" in told.err
