@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from cadskin.shape import NominalModel
     from cadskin.spec import Specification
 
-__all__ = ["deviation_model", "fresh_seed", "process", "seed_of_part"]
+__all__ = ["deviation_model", "fresh_seed", "model_words", "process", "seed_of_part"]
 
 
 def deviation_model(text: str, **defaults: float) -> DeviationModel:
@@ -42,10 +42,21 @@ def deviation_model(text: str, **defaults: float) -> DeviationModel:
 
     from cadskin.deviation import from_dict, model_class
 
-    name, _, rest = text.partition(":")
+    name, given = model_words(text)
     known = {item.name for item in fields(model_class(name))}  # type: ignore[arg-type]
-    given = dict(_pair(word, text) for word in rest.split(",") if word.strip())
     return from_dict({name: {key: value for key, value in defaults.items() if key in known} | given})
+
+
+def model_words(text: str) -> tuple[str, dict[str, Any]]:
+    """Return name and parameters of ``NAME:key=value,key=value``.
+
+    Examples
+    --------
+    >>> model_words("field:length=12,kernel=matern32")
+    ('field', {'length': 12.0, 'kernel': 'matern32'})
+    """
+    name, _, rest = text.partition(":")
+    return name, dict(_pair(word, text) for word in rest.split(",") if word.strip())
 
 
 def _pair(word: str, text: str) -> tuple[str, Any]:

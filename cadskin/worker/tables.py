@@ -1,7 +1,8 @@
 """Specifications as plain tables with FreeCAD's face numbers (``Face1`` is 1), there and back.
 
-A tolerance is a table ``{id, characteristic, value, faces, datums, diameter, modifiers, model, name,
-extra}``; ``extra`` holds all further keys of a spec file as they are (docs/specification.md).
+A tolerance is a table ``{id, characteristic, value, faces, datums, diameter, modifiers, model, deviation,
+name, extra}``; ``deviation`` is a shorter way to say ``model`` (see `cadskin.worker.models`),
+``extra`` holds all further keys of a spec file as they are (docs/specification.md).
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from cadskin.errors import ReadError, SpecificationError
 from cadskin.spec import CHARACTERISTICS, parse_spec
 from cadskin.spec.toml_write import inline, to_toml
+from cadskin.worker.models import model_table
 from cadskin.worker.request import RequestError
 
 if TYPE_CHECKING:
@@ -73,6 +75,8 @@ def _tolerance(row: Mapping[str, Any]) -> dict[str, Any]:
     if not isinstance(kind, str):
         raise RequestError(f"{label} has no characteristic")
     rest = {key: row[key] for key in _PLAIN if row.get(key)}
+    if row.get("deviation"):
+        rest["model"] = model_table(row["deviation"], label)
     extra = dict(row.get("extra") or {})
     return {kind: _value(row, label), "on": _selectors(row, label), **extra, **rest}
 

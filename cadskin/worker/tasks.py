@@ -14,7 +14,6 @@ from cadskin._progress import report
 from cadskin.errors import CadskinWarning, GeometryError, SpecificationError
 from cadskin.worker import PROTOCOL
 from cadskin.worker.channel import Stage
-from cadskin.worker.models import model_of_request, wishes
 from cadskin.worker.parts import PartMemory
 from cadskin.worker.request import Request, RequestError
 from cadskin.worker.results import corner_deviation, instance_report, versions, write_json, write_skin
@@ -75,6 +74,7 @@ def run_task(request: Request, context: Context) -> dict[str, Any]:
 
 
 def _simulate(request: Request, context: Context) -> dict[str, Any]:
+    from cadskin.conform import process_of
     from cadskin.skin import simulate_ensemble
 
     size = request.count("size", 1, least=1)
@@ -84,8 +84,7 @@ def _simulate(request: Request, context: Context) -> dict[str, Any]:
     bound = _bound(spec, nominal)
     fitting = context.stage(0.4, 0.5, "matching the process to the tolerances")
     report(fitting, 0, 1)
-    asked = wishes(request.tables("tolerances"))
-    model = model_of_request(nominal, bound, asked, length=request.positive("correlation_length"))
+    model = process_of(nominal, bound, length=request.positive("correlation_length"))
     report(fitting, 1, 1)
     lot = simulate_ensemble(
         nominal,

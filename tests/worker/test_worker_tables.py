@@ -2,7 +2,7 @@
 
 import pytest
 
-from cadskin.errors import SpecificationError
+from cadskin.errors import CadskinError, SpecificationError
 from cadskin.spec import (
     Datum,
     DatumTarget,
@@ -63,6 +63,38 @@ def test_what_the_tables_hold_comes_back():
         ):
             assert getattr(after, key) == getattr(before, key), key
     assert back.default.value == 0.5
+
+
+@pytest.mark.parametrize(
+    ("wish", "model"),
+    [
+        ({"share": 0.1}, {"field": {"sigma": "0.1 of tolerance"}}),
+        ({"text": "noise", "share": 0.05}, {"noise": {"sigma": "0.05 of tolerance"}}),
+        ({"text": "paraboloid", "share": 0.5}, {"paraboloid": {"amplitude": "0.5 of tolerance"}}),
+        (
+            {"text": "field:sigma=0.01,kernel=matern32", "length": 3},
+            {"field": {"sigma": 0.01, "kernel": "matern32", "length": 3.0}},
+        ),
+    ],
+)
+def test_a_wish_becomes_a_model(wish, model):
+    spec = specification_from_tables([row(deviation=wish)])
+    assert spec["T"].model == model
+
+
+@pytest.mark.parametrize(
+    ("wish", "message"),
+    [
+        ({"text": "noise", "length": 3}, "tolerance T: the model 'noise' has no correlation length"),
+        ({"length": -3}, "tolerance T: length of its deviations must be positive"),
+        ({"share": float("inf")}, "share"),
+        ({"share": True}, "share"),
+        ({"text": "field:length"}, "key=value"),
+    ],
+)
+def test_a_wish_without_meaning_is_refused(wish, message):
+    with pytest.raises(CadskinError, match=message):
+        specification_from_tables([row(deviation=wish)])
 
 
 def test_datum_targets_stay_on_their_faces():
