@@ -25,6 +25,7 @@ from cadskin.verify.profile import bezier_closest, profile
 from cadskin.verify.qif import write_qif
 from cadskin.verify.reference import reference_set
 from cadskin.verify.reference_datums import datum_reference_set
+from cadskin.verify.reference_parts import reference_part
 from cadskin.verify.runout import runout
 from cadskin.verify.size import global_size, local_diameters, rank
 from cadskin.verify.verification import EnsembleVerification, Verification, verify
@@ -60,6 +61,7 @@ __all__ = [
     "profile",
     "rank",
     "read_case",
+    "reference_part",
     "reference_set",
     "roundness",
     "runout",
