@@ -77,6 +77,9 @@ def command(
     max_tries: Annotated[
         int, typer.Option(metavar="N", min=1, help="Fields per feature before the sampler is changed.")
     ] = 200,
+    workers: Annotated[
+        int, typer.Option(metavar="N", min=1, help="Processes that draw parts; the bits are the same.")
+    ] = 1,
     edge_length: EdgeLength = None,
     points: Points = None,
     edge_length_on: EdgeLengthOn = None,
@@ -139,6 +142,7 @@ def command(
             rng=fresh_seed() if seed is None else seed,
             conform=policies,
             max_tries=max_tries,
+            workers=workers,
             options=options,
             progress=progress,
         )

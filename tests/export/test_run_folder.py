@@ -1,7 +1,12 @@
 """Run folders: what is read is what was made, whatever stopped the writing, however many parts at a time."""
 
+import errno
 import json
+import os
 import shutil
+import signal
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -9,8 +14,8 @@ from support.parts import box, plate_with_hole, sphere
 
 import cadskin as cs
 from cadskin.conform import simulate_conforming
-from cadskin.deviation import GaussianField
-from cadskin.errors import ExportError, ReadError
+from cadskin.deviation import FromFunction, GaussianField, Paraboloid
+from cadskin.errors import ConformityError, ExportError, ReadError
 from cadskin.export.runs import load_nominal, open_run, save_nominal, simulate_run
 from cadskin.export.runs import write as writing
 from cadskin.skin.provenance import nominal_sha256
@@ -170,3 +175,89 @@ def test_run_can_be_moved(tmp_path, part, spec):
     simulate_run(tmp_path / "run", part, MODEL, spec, size=2, rng=5)
     shutil.move(tmp_path / "run", tmp_path / "elsewhere")
     assert len(open_run(tmp_path / "elsewhere").ensemble()) == 2
+
+
+def test_workers_give_the_same_bits_and_resume_them(tmp_path, part, spec, small_chunks):
+    whole, shared, grown = (tmp_path / name for name in ("whole", "shared", "grown"))
+    simulate_run(whole, part, MODEL, spec, size=7, rng=5)
+    simulate_run(shared, part, MODEL, spec, size=7, rng=5, workers=2)
+    assert bytes_of(shared) == bytes_of(whole)
+    simulate_run(grown, part, MODEL, spec, size=4, rng=5)
+    simulate_run(grown, part, MODEL, spec, size=7, rng=5, workers=2)
+    assert bytes_of(grown) == bytes_of(whole)
+
+
+def test_errors_and_wishes_to_stop_come_through_workers(tmp_path, part, spec):
+    tight = Specification(flatness(BOTTOM, 0.002))
+    with pytest.raises(ConformityError, match=r"flatness-1 .* binds"):
+        simulate_run(tmp_path / "a", part, Paraboloid(0.1), tight, size=2, rng=5, workers=2)
+    with pytest.raises(cs.CadskinError, match="stopped"):
+        simulate_run(
+            tmp_path / "b", part, MODEL, spec, size=2, rng=5, workers=2, progress=lambda done, _: done < 1
+        )
+    with pytest.raises(ExportError, match="use one worker"):
+        simulate_run(tmp_path / "c", part, FromFunction(lambda p, n: p[:, 0]), spec, size=2, rng=5, workers=2)
+    with pytest.raises(ExportError, match="at least one worker"):
+        simulate_run(tmp_path / "d", part, MODEL, spec, size=2, rng=5, workers=0)
+
+
+KILLED = """
+import sys
+sys.path[:0] = {path!r}
+from support.parts import box
+from cadskin.deviation import FromFunction, GaussianField, Paraboloid
+from cadskin.export.runs import simulate_run, write
+from cadskin.spec import Specification, flatness, parallelism
+write._CHUNK_PARTS = 3
+part = box((60.0, 40.0, 20.0), h=12.0)
+spec = Specification(flatness(0, 0.01), parallelism(1, 0.02, datums="A"), datums={{"A": 0}})
+def told(done, total):
+    print(done, flush=True)
+simulate_run({folder!r}, part, GaussianField(0.01, 50.0), spec, size=300, rng=5, progress=told)
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="SIGKILL is of POSIX")
+def test_killed_run_is_valid_and_goes_on_with_the_same_bits(tmp_path, part, spec, small_chunks):
+    folder = tmp_path / "killed"
+    code = KILLED.format(path=sys.path, folder=str(folder))
+    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) as process:
+        for line in process.stdout:
+            if int(line) >= 8:
+                process.send_signal(signal.SIGKILL)
+                break
+    killed = open_run(folder)
+    assert 6 <= len(killed) < 300
+    assert not killed.complete
+    lot = simulate_conforming(part, MODEL, spec, size=len(killed), rng=5)
+    np.testing.assert_array_equal(killed.ensemble().deviations, lot.deviations)
+    size = len(killed) + 4
+    about = json.loads((folder / "run.json").read_text())
+    (folder / "run.json").write_text(json.dumps(about | {"size": size}))
+    simulate_run(folder, part, MODEL, spec, size=size, rng=5)
+    simulate_run(tmp_path / "whole", part, MODEL, spec, size=size, rng=5)
+    np.testing.assert_array_equal(
+        open_run(folder).ensemble().deviations, open_run(tmp_path / "whole").ensemble().deviations
+    )
+
+
+def test_full_disk_leaves_a_valid_folder(tmp_path, part, spec, small_chunks, monkeypatch):
+    saved, calls = np.save, []
+
+    def full(stream, array, **options):
+        calls.append(array.shape)
+        if len(calls) > 3:  # in the middle of the second chunk
+            stream.write(b"half")
+            raise OSError(errno.ENOSPC, "No space left on device")
+        saved(stream, array, **options)
+
+    monkeypatch.setattr(np, "save", full)
+    with pytest.raises(ExportError, match=r"values-00001.npy: the disk is full"):
+        simulate_run(tmp_path / "run", part, MODEL, spec, size=7, rng=5)
+    monkeypatch.undo()
+    assert len(open_run(tmp_path / "run")) == 3
+    assert not list((tmp_path / "run").glob(".cadskin-*"))
+    monkeypatch.setattr(writing, "_CHUNK_PARTS", 3)
+    simulate_run(tmp_path / "run", part, MODEL, spec, size=7, rng=5)
+    simulate_run(tmp_path / "whole", part, MODEL, spec, size=7, rng=5)
+    assert bytes_of(tmp_path / "run") == bytes_of(tmp_path / "whole")

@@ -5,9 +5,11 @@ from __future__ import annotations
 import csv
 import io
 import json
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -29,9 +31,8 @@ from cadskin.export.runs.layout import (
 )
 from cadskin.export.runs.nominal_archive import save_nominal
 from cadskin.export.runs.read import Run
-from cadskin.skin.faults import check_skin
+from cadskin.export.runs.workers import Job, workers_of
 from cadskin.skin.provenance import nominal_sha256, provenance_of
-from cadskin.skin.simulate import child_seed
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -40,14 +41,17 @@ if TYPE_CHECKING:
     from cadskin.conform import ConformingSampler
     from cadskin.conform.chain import Tally
     from cadskin.conform.policy import Policies
+    from cadskin.conform.simulate import Made
     from cadskin.deviation import DeviationModel
     from cadskin.shape import NominalModel
     from cadskin.spec import Specification
 
 __all__ = ["simulate_run"]
 
-_CHUNK_BYTES = 32_000_000
+_CHUNK_BYTES = 4_000_000  # what a killed process may lose
 _CHUNK_PARTS = 64
+
+Draw: TypeAlias = "Callable[[Sequence[int], Callable[[int], None]], list[Made]]"
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,6 +83,7 @@ def simulate_run(  # noqa: PLR0913 (what simulate_conforming takes, and the fold
     conform: Policies = "conditioned",
     max_tries: int = 200,
     check: bool = True,
+    workers: int = 1,
     options: Mapping[str, Any] | None = None,
     progress: Progress | None = None,
 ) -> Run:
@@ -86,7 +91,7 @@ def simulate_run(  # noqa: PLR0913 (what simulate_conforming takes, and the fold
 
     Part i depends on the seed and on i alone. Every chunk is written in one step when it is complete; the
     same call on an unfinished folder goes on where that one stopped, a call with a larger ``size`` adds
-    parts, and both give the bits of one uninterrupted run.
+    parts, and both give the bits of one uninterrupted run, whatever the number of workers.
 
     Parameters
     ----------
@@ -98,6 +103,8 @@ def simulate_run(  # noqa: PLR0913 (what simulate_conforming takes, and the fold
         Number of parts.
     rng : int or SeedSequence
         None takes fresh entropy, and then nothing can be resumed.
+    workers : int
+        Processes that draw parts; with more than one, the model and the policies must be picklable.
     options : mapping, optional
         What else shall stand in ``run.json`` (plain data).
     progress : callable, optional
@@ -106,13 +113,15 @@ def simulate_run(  # noqa: PLR0913 (what simulate_conforming takes, and the fold
     Raises
     ------
     ExportError
-        The folder holds another run, or something else, or cannot be written.
+        The folder holds another run, or something else, or cannot be written; ``workers`` is not positive.
     ConformityError, SpecificationError, GeometryError
         As for `cadskin.conform.simulate_conforming`.
     """
     target = Path(folder)
     if size < 1:
         raise ExportError(f"a run needs at least one part, got {size}")
+    if workers < 1:
+        raise ExportError(f"a run needs at least one worker, got {workers}")
     sampler = prepare_conforming(nominal, model, spec, conform=conform, max_tries=max_tries)
     seed = seed_sequence(rng)
     per_chunk = max(1, min(_CHUNK_PARTS, _CHUNK_BYTES // (8 * max(nominal.n_samples, 1))))
@@ -123,10 +132,30 @@ def simulate_run(  # noqa: PLR0913 (what simulate_conforming takes, and the fold
     write_text(target / SPEC, sampler.spec.to_toml())
     about["spec_sha256"] = sha256_of_file(target / SPEC)
     save_nominal(target / NOMINAL, nominal)
-    _draw_chunks(plan, about, chunks, progress)
+    asked = {"nominal": nominal, "model": model, "spec": spec, "conform": conform, "max_tries": max_tries}
+    with _drawing(plan, Job(asked, seed, check), workers, len(chunks)) as draw:
+        _draw_chunks(plan, about, chunks, draw, progress)
     run = Run(target, read_about(target))
     write_text(target / TABLE, _table(run))
     return run
+
+
+@contextmanager
+def _drawing(plan: _Plan, job: Job, workers: int, kept: int) -> Iterator[Draw]:
+    """Yield the function that draws parts by number: here, or in as many processes as there is work for."""
+    if workers > 1 and kept < len(plan.counts()):
+        with workers_of(job, min(workers, plan.size)) as running:
+            yield running.draw
+        return
+
+    def draw(numbers: Sequence[int], done: Callable[[int], None]) -> list[Made]:
+        found = []
+        for made in job.draw(plan.sampler, numbers):
+            found.append(made)
+            done(len(found))
+        return found
+
+    yield draw
 
 
 def _make_folder(target: Path) -> None:
@@ -213,13 +242,17 @@ def _is_sound(folder: Path, chunk: dict[str, Any], what: str) -> bool:
 
 
 def _draw_chunks(
-    plan: _Plan, about: dict[str, Any], kept: dict[int, dict[str, Any]], progress: Progress | None
+    plan: _Plan,
+    about: dict[str, Any],
+    kept: dict[int, dict[str, Any]],
+    draw: Draw,
+    progress: Progress | None,
 ) -> None:
     done = 0
     report(progress, 0, plan.size)
     for number, (first, count) in enumerate(plan.counts()):
         if number not in kept:
-            kept[number] = _chunk(plan, number, first, count, progress)
+            kept[number] = _chunk(plan, number, first, count, draw, progress)
         done += count
         about["chunks"] = [kept[k] for k in sorted(kept)]
         _save_about(plan.folder, about, complete=done == plan.size)
@@ -231,20 +264,19 @@ def _save_about(folder: Path, about: dict[str, Any], *, complete: bool) -> None:
     write_text(folder / ABOUT, text + "\n")
 
 
-def _chunk(plan: _Plan, number: int, first: int, count: int, progress: Progress | None) -> dict[str, Any]:
+def _chunk(
+    plan: _Plan, number: int, first: int, count: int, draw: Draw, progress: Progress | None
+) -> dict[str, Any]:
     """Draw the parts of a chunk, write it, and return its entry in run.json."""
     names = list(dict.fromkeys(item.tolerance.id for item in plan.sampler.requirements))
     deviations = np.zeros((count, plan.nominal.n_samples))
     values = np.zeros((count, len(names)))
     tallies: list[Tally] = []
-    seeds = [child_seed(plan.seed, first + k) for k in range(count)]
-    for k, made in enumerate(plan.sampler.draw_all(seeds)):
-        if plan.check:
-            check_skin(plan.nominal, made.deviation, label=f"part {first + k}")
+    parts = draw(range(first, first + count), lambda done: report(progress, first + done, plan.size))
+    for k, made in enumerate(parts):
         deviations[k] = made.deviation
         values[k] = [made.values[name] for name in names]
         tallies.append(made.tally)
-        report(progress, first + k + 1, plan.size)
     files = dict(zip(("deviations", "values"), chunk_names(number), strict=True))
     for key, array in (("deviations", deviations), ("values", values)):
         _save_array(plan.folder / files[key], array)
