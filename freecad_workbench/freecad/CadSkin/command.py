@@ -10,7 +10,7 @@ import FreeCADGui
 from .faces import InputError
 from .icons import icon_path
 from .protocol import JobError
-from .qt import QtWidgets, translate
+from .qt import QtCore, QtWidgets, translate
 
 __all__ = ["QT_TRANSLATE_NOOP", "Command", "tell"]
 
@@ -24,6 +24,20 @@ def tell(text: str) -> None:
     """Show a message to the user."""
     FreeCAD.Console.PrintWarning(f"CadSkin: {text}\n")
     QtWidgets.QMessageBox.warning(FreeCADGui.getMainWindow(), "CadSkin", text)
+
+
+def _undecided() -> bool:
+    """Tell whether a panel of ours waits for OK or Cancel: its transaction is open."""
+    from .panels.base import current
+
+    panel = current()
+    return panel is not None and panel.decides
+
+
+def _settle() -> None:
+    from .panels.base import settle
+
+    settle()
 
 
 class Command:
@@ -48,14 +62,17 @@ class Command:
 
     def IsActive(self) -> bool:
         """Tell whether the command makes sense now."""
-        return FreeCAD.ActiveDocument is not None and self.makes_sense()
+        return FreeCAD.ActiveDocument is not None and not _undecided() and self.makes_sense()
 
     def Activated(self, _index: int = 0) -> None:
         """Run the command; what goes wrong is told."""
+        alone = FreeCAD.getActiveTransaction() is None
         try:
             self.run()
         except (InputError, JobError) as error:
             tell(str(error))
+        if alone:
+            QtCore.QTimer.singleShot(0, _settle)
 
     def makes_sense(self) -> bool:
         """Tell whether it makes sense in a document that is open; looked at often, so it must be quick."""

@@ -27,6 +27,11 @@ COMMANDS: tuple[tuple[str, str] | None, ...] = (
     ("check", "Check"),
     ("sample", "Sample"),
     None,
+    ("deviation_map", "DeviationMap"),
+    ("color_map", "Exaggeration"),
+    ("color_map", "MapSettings"),
+    ("probe", "ProbeValue"),
+    None,
     ("export", "Export"),
 )
 
@@ -76,10 +81,10 @@ def _close_worker() -> None:
 
 
 def _add_preferences() -> None:
-    page = _HERE / "resources" / "ui" / "preferences.ui"
-    if page.exists():
-        FreeCADGui.addIconPath(str(_HERE / "resources" / "icons"))
-        FreeCADGui.addPreferencePage(str(page), "CadSkin")
+    from freecad.CadSkin.preferences_page import PreferencesPage
+
+    FreeCADGui.addIconPath(str(_HERE / "resources" / "icons"))
+    FreeCADGui.addPreferencePage(PreferencesPage, "CadSkin")
 
 
 def _watch_the_end() -> None:

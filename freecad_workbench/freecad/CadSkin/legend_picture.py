@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from .colormap import ColorMap, unit_of
 from .qt import QtCore, QtGui
 
-__all__ = ["LegendText", "draw_legend"]
+__all__ = ["LegendText", "draw_label", "draw_legend"]
 
 _PAPER = QtGui.QColor(250, 250, 252, 232)
 _INK = QtGui.QColor(28, 30, 36)
@@ -43,6 +43,31 @@ def draw_legend(
     painter.setRenderHint(QtGui.QPainter.Antialiasing)
     painter.setRenderHint(QtGui.QPainter.TextAntialiasing)
     layout.draw(painter)
+    painter.end()
+    return picture
+
+
+def draw_label(text: str, *, scale: float = 1.0) -> QtGui.QImage:
+    """Return a label whose lower left corner points at a place."""
+    font = _font(12, scale, bold=True)
+    metrics = QtGui.QFontMetrics(font)
+    tail = round(14 * scale)
+    width = _text_width(font, text) + round(14 * scale) + tail
+    height = metrics.height() + round(8 * scale) + tail
+    picture = QtGui.QImage(width, height, QtGui.QImage.Format_RGBA8888)
+    picture.fill(QtCore.Qt.transparent)
+    painter = QtGui.QPainter(picture)
+    painter.setRenderHint(QtGui.QPainter.Antialiasing)
+    painter.setPen(QtGui.QPen(_INK, 1.5 * scale))
+    painter.drawLine(QtCore.QPointF(0.0, height), QtCore.QPointF(tail, height - tail))
+    painter.setBrush(_INK)
+    painter.drawEllipse(QtCore.QPointF(1.5 * scale, height - 1.5 * scale), 3.0 * scale, 3.0 * scale)
+    box = QtCore.QRectF(tail, 0.5, width - tail - 1.0, height - tail - 1.0)
+    painter.setBrush(QtGui.QColor(_PAPER.red(), _PAPER.green(), _PAPER.blue(), 245))
+    painter.setPen(QtGui.QPen(_INK, 1))
+    painter.drawRoundedRect(box, 4 * scale, 4 * scale)
+    painter.setFont(font)
+    painter.drawText(box, QtCore.Qt.AlignCenter, text)
     painter.end()
     return picture
 

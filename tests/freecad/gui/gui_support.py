@@ -9,6 +9,7 @@ from pathlib import Path
 import FreeCAD
 import FreeCADGui
 import numpy as np
+from freecad.CadSkin.qt import QtWidgets
 from PySide import QtCore, QtGui
 
 OUT = Path(os.environ["CADSKIN_GUI_OUT"])
@@ -50,17 +51,50 @@ def point_on_screen(point):
 def click(point, button=1):
     """Click with the real mouse on a point in space; it comes near first, for the preselection."""
     x, y = point_on_screen(point)
-    xdotool("mousemove", str(x - 3), str(y - 3))
-    process_events(0.15)
-    xdotool("mousemove", str(x), str(y))
-    process_events(0.15)
+    move_mouse(x - 3, y - 3)
+    move_mouse(x, y)
     xdotool("click", str(button))
     process_events(0.25)
+
+
+def move_mouse(x, y):
+    """Move the real mouse to a place in Qt's coordinates.
+
+    Without a window manager Qt and the X server do not agree about where the window is; the second move
+    makes up for the difference.
+    """
+    xdotool("mousemove", str(x), str(y))
+    process_events(0.1)
+    here = QtGui.QCursor.pos()
+    if (here.x(), here.y()) != (x, y):
+        xdotool("mousemove", str(2 * x - here.x()), str(2 * y - here.y()))
+        process_events(0.1)
 
 
 def xdotool(*arguments):
     """Run xdotool."""
     subprocess.run(["xdotool", *arguments], check=True, timeout=10)
+
+
+def press(button):
+    """Press a button with the real mouse, once its panel has unfolded and stands still."""
+    places = []
+    while len(places) < 4 or places[-1] != places[-4]:
+        process_events(0.12)
+        places.append(button.mapToGlobal(button.rect().center()))
+    middle = places[-1]
+    move_mouse(middle.x(), middle.y())
+    xdotool("click", "1")
+    process_events(0.2)
+
+
+def panel_button(text):
+    """Return the button of the open task panel with this text."""
+    for box in FreeCADGui.getMainWindow().findChildren(QtWidgets.QDialogButtonBox):
+        for button in box.buttons():
+            if box.isVisible() and button.text().replace("&", "") == text:
+                return button
+    raise AssertionError(f"no task panel with {text}")
 
 
 def view_picture(name, background="Current", size=(1000, 700)):
@@ -119,6 +153,7 @@ class GuiTest(unittest.TestCase):
 
     def setUp(self):
         """Make a document."""
+        FreeCADGui.activateWorkbench("CadSkinWorkbench")
         self.document = FreeCAD.newDocument("Gui")
         process_events()
 

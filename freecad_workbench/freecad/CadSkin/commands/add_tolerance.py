@@ -32,8 +32,10 @@ class AddTolerance(Command):
 
     def run(self) -> None:
         """Make it."""
+        from ..panels import base
         from ..panels import tolerance as panel
 
+        base.make_room()
         panel.show(begin(*selected_faces()))
 
 

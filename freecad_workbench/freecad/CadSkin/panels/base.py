@@ -5,6 +5,7 @@ from __future__ import annotations
 from contextlib import contextmanager
 from typing import Any
 
+import FreeCAD
 import FreeCADGui
 
 from ..faces import InputError
@@ -12,8 +13,22 @@ from ..icons import icon_path
 from ..protocol import JobError
 from ..qt import QtCore, QtGui, QtWidgets, button_value, is_dark, translate
 
-__all__ = ["Panel", "Status", "fill_table", "length_box", "open_panel", "plain_table", "row_form", "silent"]
+__all__ = [
+    "Panel",
+    "Status",
+    "current",
+    "fill_table",
+    "length_box",
+    "make_room",
+    "open_panel",
+    "plain_table",
+    "row_form",
+    "settle",
+    "shown_name",
+    "silent",
+]
 
+_ROW, _ROWS = 22, 8  # height of a row in pixels, rows that are seen at once
 _GOOD, _BAD, _CAUTION = ("#1f7a45", "#7fd6a0"), ("#b3261e", "#ff9a8f"), ("#8a5a00", "#f2c14e")
 
 
@@ -33,6 +48,7 @@ class Panel:
         self.layout.setContentsMargins(4, 4, 4, 4)
         self.layout.setSpacing(6)
         self.status = Status()
+        self.form.destroyed.connect(lambda *_: self.dropped())  # by a macro, or with its document
 
     def getStandardButtons(self) -> int:
         """Return the buttons."""
@@ -41,16 +57,23 @@ class Panel:
 
     def accept(self) -> bool:
         """Close with OK."""
-        self.closed()
-        return True
+        return self.leave()
 
     def reject(self) -> bool:
         """Close with Cancel or Close."""
+        return self.leave()
+
+    def leave(self) -> bool:
+        """Let go of everything, and let FreeCAD close the panel."""
         self.closed()
         return True
 
     def closed(self) -> None:
         """Let go of everything that was watched."""
+
+    def dropped(self) -> None:
+        """Let go of everything when the panel was taken away without a decision."""
+        self.closed()
 
     def attempt(self, action: Any, *arguments: Any, **named: Any) -> Any:
         """Do something; what cannot be done is told in the panel and not in a window on top of it."""
@@ -78,12 +101,56 @@ class Status(QtWidgets.QLabel):
         self.setText(text)
 
 
+_open: list[Panel] = []
+
+
 def open_panel(panel: Panel) -> Panel:
-    """Show a panel in place of the one that may be open, and return it."""
-    if FreeCADGui.Control.activeDialog():
-        FreeCADGui.Control.closeDialog()
+    """Show a panel in place of the one of ours that may be open, and return it.
+
+    Raises
+    ------
+    InputError
+        Another tool's panel is open: its changes are not ours to throw away.
+    """
+    make_room()
     FreeCADGui.Control.showDialog(panel)
+    _open[:] = [panel]
+    QtCore.QTimer.singleShot(0, settle)
     return panel
+
+
+def settle() -> None:
+    """Commit the transaction that FreeCAD leaves open after a command with a panel.
+
+    Inside a command FreeCAD only notes that a transaction shall be committed, and forgets it when a panel
+    is open at the end. A panel with OK and Cancel needs its transaction; under any other one it would swallow
+    every later step of undo, and results would wait for its end.
+    """
+    panel = current()
+    if panel is None or not panel.decides:
+        FreeCAD.closeActiveTransaction()
+
+
+def make_room() -> None:
+    """Close our panel that may be open and has nothing to decide.
+
+    Raises
+    ------
+    InputError
+        Another panel is open: what was done in it is not ours to throw away.
+    """
+    if not FreeCADGui.Control.activeDialog():
+        return
+    before = current()
+    if before is None or before.decides:
+        raise InputError(translate("another task is open; close it first"))
+    before.closed()
+    FreeCADGui.Control.closeDialog()
+
+
+def current() -> Panel | None:
+    """Return our panel that is open; None otherwise."""
+    return _open[0] if _open and FreeCADGui.Control.activeDialog() else None
 
 
 def length_box(value: float, *, none_text: str = "") -> Any:
@@ -109,18 +176,17 @@ def row_form() -> QtWidgets.QFormLayout:
     return form
 
 
-def plain_table(headings: list[str], *, stretch: int = 0, rows: int = 4) -> QtWidgets.QTableWidget:
+def plain_table(headings: list[str], *, stretch: int = 0) -> QtWidgets.QTableWidget:
     """Return a table for reading whose column `stretch` takes the room that the others leave."""
     table = QtWidgets.QTableWidget(0, len(headings))
     table.setHorizontalHeaderLabels(headings)
     table.verticalHeader().hide()
-    table.verticalHeader().setDefaultSectionSize(22)
+    table.verticalHeader().setDefaultSectionSize(_ROW)
     table.setEditTriggers(QtWidgets.QAbstractItemView.NoEditTriggers)
     table.setSelectionBehavior(QtWidgets.QAbstractItemView.SelectRows)
     table.setShowGrid(False)
     table.setAlternatingRowColors(True)
     table.setHorizontalScrollBarPolicy(QtCore.Qt.ScrollBarAlwaysOff)
-    table.setMinimumHeight(24 + 22 * rows)
     table.setMinimumWidth(120)
     header = table.horizontalHeader()
     header.setMinimumSectionSize(20)
@@ -133,6 +199,8 @@ def plain_table(headings: list[str], *, stretch: int = 0, rows: int = 4) -> QtWi
 def fill_table(table: QtWidgets.QTableWidget, rows: list[tuple[list[str], str, str]]) -> None:
     """Fill a table with rows of (texts, kind, tooltip); kind colours the last text."""
     table.setRowCount(len(rows))
+    shown = min(max(len(rows), 2), _ROWS)
+    table.setFixedHeight(table.horizontalHeader().sizeHint().height() + 4 + _ROW * shown)
     for number, (texts, kind, tip) in enumerate(rows):
         for column, text in enumerate(texts):
             item = QtWidgets.QTableWidgetItem(text)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from typing import Any
 
 from ..faces import faces_now, link_faces, part_of, part_problem
@@ -21,6 +22,7 @@ class FaceListPanel(Panel):
     def __init__(self, obj: Any) -> None:
         super().__init__()
         self.obj, self.document = obj, obj.Document
+        self.decided = False
         names = list(obj.Faces[1]) if obj.Faces else []
         self.picker = FacePicker(part_of(obj), names, self._faces_changed, self._refused)
         self._build_list()
@@ -64,7 +66,7 @@ class FaceListPanel(Panel):
         buttons.addWidget(self.pick, 2)
         buttons.addWidget(self.remove, 1)
         self.layout.addLayout(buttons)
-        self.table = plain_table([translate("Face"), translate("Surface"), "mm²"], stretch=1, rows=3)
+        self.table = plain_table([translate("Face"), translate("Surface"), "mm²"], stretch=1)
         self.layout.addWidget(self.table)
 
     def _toggle_picking(self, active: bool) -> None:
@@ -115,6 +117,7 @@ class FaceListPanel(Panel):
             self.status.tell(told, "bad")
             return False
         self.closed()
+        self.decided = True
         self.obj.Label = self.label()
         self.document.recompute()
         self.document.commitTransaction()
@@ -123,6 +126,7 @@ class FaceListPanel(Panel):
     def reject(self) -> bool:
         """Leave the document as it was before the panel."""
         self.closed()
+        self.decided = True
         self.document.abortTransaction()
         self.document.recompute()
         return True
@@ -130,3 +134,11 @@ class FaceListPanel(Panel):
     def closed(self) -> None:
         """End picking."""
         self.picker.set_active(False)
+
+    def dropped(self) -> None:
+        """Take a panel that was taken away for cancelled."""
+        self.closed()
+        if not self.decided:
+            self.decided = True
+            with contextlib.suppress(ReferenceError, RuntimeError):  # the document has gone too
+                self.document.abortTransaction()

@@ -99,11 +99,12 @@ class SkinPanel(Panel):
         self.shown = QtWidgets.QSlider(QtCore.Qt.Horizontal)
         self.shown.setToolTip(translate("Which of the parts is shown"))
         self.shown.valueChanged.connect(self._show_instance)
-        self.table = plain_table([translate("Tolerance"), translate("Value / limit"), ""], rows=4)
+        self.table = plain_table([translate("Tolerance"), translate("Value / limit"), ""])
         layout.addWidget(self.shown)
         layout.addWidget(self.extent)
         layout.addWidget(self.table)
-        self.layout.addWidget(self.result_box, 1)
+        self.layout.addWidget(self.result_box)
+        self.layout.addStretch(1)
 
     def store(self, *_: Any) -> None:
         """Write the settings into the object, in one step of undo where something is new."""
