@@ -64,12 +64,13 @@ class SparseCholesky:
             raise DeviationError("the matrix is not positive definite: the mesh has degenerate triangles")
         self._single = self.values.astype(np.float32)
         self._by_row = _by_rows(self.starts, self.rows, self._single)
+        self._below = self.rows.astype(np.uint32)  # unsigned: no check for negative places in the loop
 
     def solve_columns(self, columns: NDArray[np.float32]) -> None:
         """Solve in place for right sides (n, COLUMNS) in the order of the factor, in single precision."""
         begin, places, values = self._by_row
         _forward(begin, places, values, columns)
-        _backward(self.starts, self.rows, self._single, columns)
+        _backward(self.starts, self._below, self._single, columns)
 
 
 def nested_dissection(matrix: csr_array, points: Points) -> Ints:
@@ -297,7 +298,7 @@ def _by_rows(starts: Any, rows: Any, values: Any) -> Any:
     for i in range(n):
         begin[i + 1] += begin[i]
     fill = begin[:n].copy()
-    columns = np.zeros(starts[n], dtype=np.int32)
+    columns = np.zeros(starts[n], dtype=np.uint32)
     entries = np.zeros(starts[n], dtype=values.dtype)
     for j in range(n):
         for p in range(starts[j], starts[j + 1]):

@@ -16,8 +16,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from cadskin._jit import fast_kernel, kernel
-from cadskin.deviation._linear import COLUMNS, STRIP, columns_of, rows_of
-from cadskin.deviation._patch_fields import DenseField, PatchField, SampledPlaces, WholeField
+from cadskin.deviation._linear import COLUMNS, STRIP, columns_of, write_columns
+from cadskin.deviation._patch_fields import DenseField, PatchField, SampledPlaces
 from cadskin.deviation.kernels import correlation_of, kernel_code, squared_distance
 
 if TYPE_CHECKING:
@@ -65,11 +65,9 @@ class TwoLevelField(PatchField):
         coarse = scaled[chosen]
         ids = _nearest(coarse, scaled, _STENCIL)
         weights, variance = _kriging_weights(coarse, scaled, ids, kernel_code(kernel), _NUGGET)
-        ids = np.maximum(ids, 0).astype(np.uint32)  # unsigned: no check for negative places in the loop
         self.coarse = _coarse_field(coarse, kernel)
-        self.n_coarse = len(coarse)
         self.latent = self.coarse.latent
-        self.neighbours = ids
+        self.neighbours = self.coarse.place_of_point[np.maximum(ids, 0)]
         self.weights = weights / np.sqrt(np.maximum(1.0 - variance, 1e-9))[:, None].astype(np.float32)
         self.certificate = float(variance.max())
         self.note = (
@@ -82,10 +80,8 @@ class TwoLevelField(PatchField):
     ) -> None:
         """Sample the coarse field and carry it over."""
         del scratch
-        coarse = np.zeros((COLUMNS, self.n_coarse), dtype=np.float32)
-        self.coarse.apply(noise, coarse)
         placed = (places.points, places.scale, places.samples)
-        _prolong(self.neighbours, self.weights, columns_of(coarse), *placed, out)
+        _prolong(self.neighbours, self.weights, self.coarse.columns(noise), *placed, out)
 
 
 def _nearest(coarse: Points, points: Points, count: int) -> NDArray[np.int32]:
@@ -109,7 +105,7 @@ def kriging_interpolation(places: Points, values: Floats, points: Points) -> Flo
     return np.asarray(np.einsum("ik,ik->i", weights, values[np.maximum(ids, 0)]), dtype=np.float64)
 
 
-def _coarse_field(points: Points, kernel: str) -> WholeField:
+def _coarse_field(points: Points, kernel: str) -> DenseField | VecchiaField:
     if len(points) <= _DENSE_COARSE:
         return DenseField(points, kernel)
     return VecchiaField(points, kernel, neighbours=VECCHIA_NEIGHBOURS[kernel])
@@ -136,7 +132,7 @@ def _cell_ids(cells: Ints) -> tuple[Ints, Ints]:
     return unique, inverse
 
 
-class VecchiaField(WholeField):
+class VecchiaField(PatchField):
     """Sequential sampling: each value given its nearest predecessors, coarse points first.
 
     Parameters
@@ -151,22 +147,34 @@ class VecchiaField(WholeField):
     def __init__(self, points: Points, kernel: str, *, neighbours: int = 48) -> None:
         scaled = np.ascontiguousarray(points, dtype=np.float64)
         self.order = coarse_to_fine_order(scaled)
+        self.place_of_point = np.argsort(self.order).astype(np.uint32)
         ordered = np.ascontiguousarray(scaled[self.order])
         self.neighbours = previous_neighbours(ordered, neighbours)
         weights, variance = _kriging_weights(
             ordered, ordered, self.neighbours, kernel_code(kernel), _VECCHIA_NUGGET
         )
         self.weights = weights
-        self.neighbours = np.maximum(self.neighbours, 0)  # those that are missing have weight zero
+        self.neighbours = np.maximum(self.neighbours, 0).astype(
+            np.uint32
+        )  # those that are missing have weight zero
         self.deviation = np.sqrt(np.maximum(variance, 0.0)).astype(np.float32)
         self.latent = len(scaled)
         self.note = f"Vecchia with {neighbours} neighbours for {len(scaled)} points"
 
-    def apply(self, noise: NDArray[np.float32], out: NDArray[np.float32]) -> None:
-        """Go through the points in their order."""
-        values = columns_of(noise)
+    def columns(self, noise: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return the fields (n, COLUMNS) in the order of the sampler."""
+        values: NDArray[np.float32] = columns_of(noise)
         _sequential(self.neighbours, self.weights, self.deviation, values)
-        rows_of(values, self.order, out)
+        return values
+
+    def write(
+        self, noise: NDArray[np.float32], scratch: NDArray[np.float32], places: SampledPlaces, out: Floats
+    ) -> None:
+        """Go through the points in their order."""
+        del scratch
+        write_columns(
+            self.columns(noise), self.place_of_point[places.points], places.scale, places.samples, out
+        )
 
 
 def coarse_to_fine_order(points: Points) -> Ints:
@@ -308,10 +316,8 @@ def _prolong(
 
 
 @fast_kernel
-def _eight_terms(
-    ids: Any, weights: Any, i: int, k: int, coarse: Any, kept: float, out: Any, line: int
-) -> None:
-    """Add eight weighted rows of ``coarse`` to ``kept`` times a line of ``out``; weights stay in registers."""
+def _eight_terms(ids: Any, weights: Any, i: int, k: int, coarse: Any, kept: Any, out: Any, line: int) -> None:
+    """Add eight weighted rows of ``coarse`` to ``kept`` times a line of ``out``."""
     w0, w1, w2, w3 = weights[i, k], weights[i, k + 1], weights[i, k + 2], weights[i, k + 3]
     w4, w5, w6, w7 = weights[i, k + 4], weights[i, k + 5], weights[i, k + 6], weights[i, k + 7]
     a, b, c, d = ids[i, k], ids[i, k + 1], ids[i, k + 2], ids[i, k + 3]

@@ -27,9 +27,9 @@ __all__ = [
     "LinearSampler",
     "NodewiseSampler",
     "columns_of",
-    "rows_of",
     "spread",
     "weighted_sums",
+    "write_columns",
 ]
 
 _STRIP = 256  # columns whose sums stay in the first-level cache
@@ -126,11 +126,13 @@ def columns_of(rows: Any) -> Any:
 
 
 @kernel
-def rows_of(columns: Any, place: Any, out: Any) -> None:
-    """Write columns (n, COLUMNS) into rows: out[:, place[i]] = columns[i]."""
-    for i in range(columns.shape[0]):
-        for r in range(COLUMNS):
-            out[r, place[i]] = columns[i, r]
+def write_columns(columns: Any, places: Any, scale: Any, samples: Any, out: Any) -> None:
+    """out[r, samples[s]] = scale[s] columns[places[s], r], in strips to write runs of a row."""
+    for first in range(0, samples.size, STRIP):
+        stop = min(first + STRIP, samples.size)
+        for r in range(out.shape[0]):
+            for s in range(first, stop):
+                out[r, samples[s]] = scale[s] * columns[places[s], r]
 
 
 @fast_kernel

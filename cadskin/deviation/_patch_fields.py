@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from cadskin._jit import fast_kernel, kernel
-from cadskin.deviation._linear import spread, weighted_sums
+from cadskin.deviation._linear import COLUMNS, columns_of, spread, weighted_sums
 from cadskin.deviation.kernels import correlation_matrix, correlation_of, kernel_code, squared_distance
 from cadskin.errors import DeviationError
 
@@ -119,11 +119,19 @@ class DenseField(WholeField):
         factor = unit_cholesky(covariance, f"the covariance with kernel {kernel!r}")
         self.latent = len(points)
         self.factor = np.ascontiguousarray(factor.T, dtype=np.float32)
+        self.place_of_point = np.arange(len(points), dtype=np.uint32)
         self.note = f"dense Cholesky of {len(points)} points"
 
     def apply(self, noise: NDArray[np.float32], out: NDArray[np.float32]) -> None:
         """Multiply by the factor."""
         weighted_sums(noise, self.factor, False, out)
+
+    def columns(self, noise: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return the fields (n, COLUMNS)."""
+        out = np.zeros((COLUMNS, self.latent), dtype=np.float32)
+        self.apply(noise, out)
+        columns: NDArray[np.float32] = columns_of(out)
+        return columns
 
 
 class LowRankField(WholeField):

@@ -40,9 +40,11 @@ _MONITORED = 8  # points of a patch whose traces are kept, besides the mean
 class Gibbs(DeviationModel):
     """A Gaussian Markov random field by Gibbs sampling, with or without limits at every point.
 
-    The law is that of ``GaussianField(sigma, length, "whittle", metric="surface")``, given that every value
-    lies between the limits. Each sample is its own chain: ``sweeps`` sweeps over all points, each point drawn
-    from its conditional law given the others. Without limits the exact sampler is thousands of times
+    The law is a Whittle field, the solution of (kappa² - Laplace) x = white noise on the surface with an even
+    standard deviation, given that every value lies between the limits. Away from free edges it is that of
+    ``GaussianField(sigma, length, "whittle", metric="surface")``, which carries the surface on beyond them.
+    Each sample is its own chain: ``sweeps`` sweeps over all points, each point drawn from its conditional law
+    given the others. Without limits the exact sampler is thousands of times
     faster; a chain needs some (length / edge length)^4 sweeps, and `prepare` warns when its trial chains have
     not met.
 
@@ -214,7 +216,7 @@ class _PatchChain:
     """Sweeps over one patch, in units of sigma."""
 
     def __init__(self, model: Gibbs, patch: PatchPoints, low: Floats | None, high: Floats | None) -> None:
-        unit = SurfaceField(patch.points / model.length, patch.triangles, "whittle")
+        unit = SurfaceField(patch.points / model.length, patch.triangles, "whittle", collar=False)
         precision = unit.precision()
         diagonal = precision.diagonal()
         precision.setdiag(0.0)
