@@ -23,7 +23,7 @@ __all__ = [
     "criterion_of",
 ]
 
-DatumKind: TypeAlias = Literal["plane", "cylinder", "sphere", "width"]
+DatumKind: TypeAlias = Literal["plane", "cylinder", "sphere", "width", "complex"]
 DatumCriterion: TypeAlias = Literal[
     "minimax", "least squares", "constrained least squares", "inscribed", "circumscribed"
 ]

@@ -16,7 +16,9 @@ import numpy as np
 
 from cadskin.errors import AssociationError, SelectionError
 from cadskin.shape.association import Pose, frame_about
+from cadskin.shape.association._kernels import PLANE
 from cadskin.verify.part_geometry import Memory, PartGeometry, edges_of
+from cadskin.verify.part_patches import WORLD, nominal_patch
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -119,19 +121,21 @@ def axial_sections(part: MadePart, faces: Sequence[int], pose: Pose, count: int)
     AssociationError
         No section holds three points.
     """
-    local = pose.local(part.surface.points)
-    edges = part.edges(faces)
-    heights = local[:, 2]
-    used = heights[np.unique(edges)]
-    low, high = float(used.min()), float(used.max())
-    levels = low + (high - low) * np.linspace(0.05, 0.95, count)
-    sections = []
-    for level in levels:
-        rows, fraction = _crossings(heights, edges, float(level))
-        angle, radius = _polar(local, edges[rows], fraction)
-        ring = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), np.full(len(angle), level)])
-        if len(ring) >= 3:
-            sections.append(pose.origin + ring @ pose.axes.T)
+    local, features = pose.local(part.surface.points), part.features(faces)
+    heights, sections = local[:, 2], []
+    for feature in features:  # pieces of an interrupted feature share the sections
+        edges = part.edges(feature.face_indices)
+        used = heights[np.unique(edges)]
+        low, high = float(used.min()), float(used.max())
+        levels = low + (high - low) * np.linspace(0.05, 0.95, -(-count // len(features)))
+        for level in levels:
+            rows, fraction = _crossings(heights, edges, float(level))
+            angle, radius = _polar(local, edges[rows], fraction)
+            ring = np.column_stack(
+                [radius * np.cos(angle), radius * np.sin(angle), np.full(len(angle), level)]
+            )
+            if len(ring) >= 3:
+                sections.append(pose.origin + ring @ pose.axes.T)
     if not sections:
         raise AssociationError("no section of the feature holds three points; mesh it finer")
     return sections
@@ -208,22 +212,50 @@ def plane_lines(
 
 
 def plane_cuts(
-    part: MadePart, faces: Sequence[int], normal: Vectors, count: int
+    part: MadePart, faces: Sequence[int], normal: Vectors, count: int, *, feature: Feature | None = None
 ) -> list[tuple[Points, Vectors]]:
-    """Return lines of faces in ``count`` section planes across ``normal``, each with that normal."""
+    """Return lines of faces in ``count`` section planes across ``normal``, each with that normal.
+
+    Parameters
+    ----------
+    part : MadePart
+    faces : sequence of int
+    normal : (3,) float
+    count : int
+    feature : Feature, optional
+        A curved one: points on mesh edges are then lifted from the chord by what the nominal chord lies off
+        the nominal surface (a mesh with the vertices of the nominal one only).
+    """
     heights, edges = part.surface.points @ normal, part.edges(faces)
     used = heights[np.unique(edges)]
     levels = float(used.min()) + float(np.ptp(used)) * np.linspace(0.05, 0.95, count)
     lines = []
     for level in levels:
         rows, fraction = _crossings(heights, edges, float(level))
-        ends = part.surface.points[edges[rows]]
-        crossing = ends[:, 0] + fraction[:, None] * (ends[:, 1] - ends[:, 0])
+        crossing = _along(part.surface.points, edges[rows], fraction)
+        if feature is not None and part.same_vertices and len(crossing):
+            crossing = crossing + _lift(part, feature, edges[rows], fraction)
         if len(crossing) >= 3:
             lines.append((crossing, np.asarray(normal)))
     if not lines:
         raise AssociationError("no section of the face holds three points; mesh it finer")
     return lines
+
+
+def _along(points: Points, edges: Ints, fraction: Floats) -> Points:
+    ends = points[edges]
+    return np.asarray(ends[:, 0] + fraction[:, None] * (ends[:, 1] - ends[:, 0]))
+
+
+def _lift(part: MadePart, feature: Feature, edges: Ints, fraction: Floats) -> Points:
+    """Return what brings places on nominal chords onto the nominal surface (n, 3)."""
+    patch = nominal_patch(part, feature, WORLD)
+    if patch.kind == PLANE:
+        return np.zeros((len(edges), 3))
+    distance, normals = patch.rows(
+        np.ascontiguousarray(_along(part.nominal.surface.points, edges, fraction)), patch.place
+    )
+    return np.asarray(-distance[:, None] * (normals @ patch.place.axes.T))
 
 
 def _crossings(values: Floats, edges: Ints, level: float) -> tuple[Ints, Floats]:

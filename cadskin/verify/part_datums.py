@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,7 +11,10 @@ from cadskin.errors import SpecificationError
 from cadskin.shape.association import Pose, frame_about
 from cadskin.shape.ideal import Cylinder, Plane, Sphere
 from cadskin.spec.modifiers import MATERIAL_MODIFIERS
+from cadskin.verify.contacts import target_contact
 from cadskin.verify.datums import DatumFeature, DatumFrame, Standard, establish
+from cadskin.verify.group_datums import DatumGroup, GroupSurface, establish_groups
+from cadskin.verify.part_patches import WORLD, nominal_patch
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -86,6 +88,11 @@ def placement(part: MadePart, tolerance: Tolerance, spec: Specification, standar
     fixed = _fixed_references(tolerance)
     if not fixed:
         return Placement.everywhere()
+    if any(_is_group(part, reference, spec) for reference in fixed):
+        nominal, actual = establish_groups(
+            [_group(part, reference, spec) for reference in fixed], standard=standard
+        )
+        return Placement(actual, nominal, _aligned(actual, nominal), nominal.pose, actual.free)
     made = [_datum_feature(part, reference, spec, actual=True) for reference in fixed]
     actual = establish(made, standard=standard, memory=part.memory)
 
@@ -99,12 +106,65 @@ def placement(part: MadePart, tolerance: Tolerance, spec: Specification, standar
     return Placement(actual, nominal, _aligned(actual, nominal), nominal.pose, actual.free)
 
 
+def _is_group(part: MadePart, reference: DatumReference, spec: Specification) -> bool:
+    """Tell whether a compartment needs the datums of groups: targets, or surfaces of several kinds."""
+    features: list[Feature] = []
+    for letter in reference.letters:
+        datum = spec.datum(letter)
+        if datum.targets:
+            return True
+        features.extend(part.features(datum.feature.faces))
+    if not features or (len(features) == 1 and isinstance(features[0].ideal, Plane | Cylinder | Sphere)):
+        return False
+    planes = all(isinstance(feature.ideal, Plane) for feature in features)
+    opposite = planes and len(features) == 2 and _facing(features) < -0.999
+    return not (opposite or (planes and _parallel(features)) or _coaxial(features))
+
+
+def _facing(features: Sequence[Feature]) -> float:
+    return float(features[0].faces[0].normal @ features[1].faces[0].normal)
+
+
+def _group(part: MadePart, reference: DatumReference, spec: Specification) -> DatumGroup:
+    """Return the surfaces of a compartment, or the contacts of its targets, on the nominal and made part."""
+    surfaces: list[tuple[Feature, Points, Points]] = []
+    targets = False
+    for letter in reference.letters:
+        datum = spec.datum(letter)
+        if datum.targets:
+            targets = True
+            found = [target_contact(part, letter, target) for target in datum.targets]
+            surfaces += [(one.feature, one.nominal, one.made) for one in found]
+            continue
+        for feature in part.features(datum.feature.faces):
+            faces = feature.face_indices
+            surfaces.append((feature, part.nominal_points(faces), part.points(faces)))
+    if not surfaces:
+        raise SpecificationError(
+            f"datum {reference.label} has no feature; bind the specification to the part first"
+        )
+    return DatumGroup(
+        reference.label,
+        tuple(
+            GroupSurface(nominal_patch(part, feature, WORLD), nominal, made, feature.internal)
+            for feature, nominal, made in surfaces
+        ),
+        targets,
+        any(modifier.name == "ORIENTATION" for modifier in reference.modifiers),
+    )
+
+
 def requirement_of(reference: DatumReference) -> Requirement | None:
-    """Return the material requirement of a datum reference."""
-    for modifier in reference.modifiers:
-        if modifier.name in MATERIAL_MODIFIERS:
-            return "MMR" if MATERIAL_MODIFIERS[modifier.name] == "MMR" else "LMR"
-    return None
+    """Return the material requirement of a datum reference: of its compartment, or of all its letters."""
+    words = [{modifier.name for modifier in reference.modifiers}]
+    words += [{modifier.name for modifier in one} for one in reference.element_modifiers]
+    found = [{MATERIAL_MODIFIERS[word] for word in some if word in MATERIAL_MODIFIERS} for some in words]
+    stated = found[0] or (set.intersection(*found[1:]) if found[1:] else set())
+    if not stated and any(found):
+        raise SpecificationError(
+            f"datum {reference.label}: a material requirement on some letters only is not supported"
+        )
+    return None if not stated else "MMR" if "MMR" in stated else "LMR"
 
 
 def mobile_references(tolerance: Tolerance) -> tuple[DatumReference, ...]:
@@ -113,13 +173,12 @@ def mobile_references(tolerance: Tolerance) -> tuple[DatumReference, ...]:
 
 
 def _fixed_references(tolerance: Tolerance) -> tuple[DatumReference, ...]:
-    mobile = [requirement_of(reference) is not None for reference in tolerance.datums.references]
-    if any(first and not second for first, second in pairwise(mobile)):
-        raise SpecificationError(
-            f"tolerance {tolerance.id}: a datum without material requirement after one with it is not "
-            "supported"
-        )
-    return tuple(item for item, moves in zip(tolerance.datums.references, mobile, strict=True) if not moves)
+    """Return the datum references that are associated.
+
+    One that follows a material requirement takes what the associated ones before it leave; the boundary then
+    limits the rest.
+    """
+    return tuple(item for item in tolerance.datums.references if requirement_of(item) is None)
 
 
 def _aligned(actual: DatumFrame, nominal: DatumFrame) -> Pose:
@@ -143,8 +202,6 @@ def _datum_feature(
     faces: list[int] = []
     for letter in reference.letters:
         datum = spec.datum(letter)
-        if datum.targets and not datum.feature.faces:
-            raise SpecificationError(f"datum {letter} is established by targets; that is not supported")
         if not datum.feature.faces:
             raise SpecificationError(
                 f"datum {letter} has no feature; bind the specification to the part first"
@@ -170,9 +227,6 @@ def feature_of_datum(label: str, features: Sequence[Feature], take: object) -> D
             )
     if len(features) > 1 and _parallel(features):
         return _planes(label, features, points)
-    if len(features) > 1 and not _coaxial(features):
-        names = ", ".join(feature.name for feature in features)
-        raise SpecificationError(f"datum {label} of {names}: only parallel planes and equal axes are joined")
     cloud = np.concatenate(points)
     if isinstance(first.ideal, Plane):
         return DatumFeature(label, "plane", cloud, hint=first.faces[0].normal)

@@ -14,6 +14,7 @@ from cadskin.verify.evaluation import Evaluation
 from cadskin.verify.extraction import axial_sections, meridian_sections, plane_cuts, plane_lines
 from cadskin.verify.form import form
 from cadskin.verify.median import heights_at, opposite_triangles, section_centres
+from cadskin.verify.per_area import flatness_per_area
 from cadskin.verify.supported import form_parameter
 
 if TYPE_CHECKING:
@@ -76,6 +77,12 @@ def part_form(
         return _straightness(tolerance, part, faces, sections, section_normal)
     points = part.points(faces)
     if kind == "flatness" and isinstance(feature.ideal, Plane):
+        if tolerance.zone.per_area is not None:
+            if parameter != "t":
+                raise SpecificationError(
+                    f"tolerance {tolerance.id}: parameter {parameter} per area is not supported"
+                )
+            return flatness_per_area(tolerance, part, faces)
         return form(points, "flatness", axis=feature.faces[0].normal, parameter=parameter)
     if kind == "cylindricity" and isinstance(feature.ideal, Cylinder):
         return form(points, "cylindricity", axis=feature.ideal.axis, parameter=parameter)

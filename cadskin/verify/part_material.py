@@ -52,36 +52,78 @@ def with_material(
         No size with limits on the same faces, or a feature that is no cylinder.
     """
     requirement: Requirement = "MMR" if tolerance.material == "MMR" else "LMR"
-    checked = [
-        boundary_violation(
-            [
-                *(_boundary(tolerance, part, spec, place, faces, requirement) for faces in members),
-                *datum_boundaries(tolerance, part, spec, place),
-            ],
-            place.frame,
-            free=place.free,
-            certified=place.certified,
-            operations=place.operations(),
-        )
-        for members in together
-    ]
+    sizes, unsized = _sizes(tolerance, part, spec, together, requirement)
+    checked = []
+    for members in together:
+        boundaries = [
+            _boundary(tolerance, part, place, faces, sizes[faces], requirement)
+            for faces in members
+            if faces in sizes
+        ]
+        if boundaries:
+            boundaries += datum_boundaries(tolerance, part, spec, place)
+            checked.append(
+                boundary_violation(
+                    boundaries,
+                    place.frame,
+                    free=place.free,
+                    certified=place.certified,
+                    operations=place.operations(),
+                )
+            )
     violation = max(one.value for one in checked)
     details = {**found.details, "virtual_boundary_violation": violation, "requirement": requirement}
+    kept = all(bool(one.ok) for one in checked)
+    notes = (*found.notes, f"{requirement}: decided at the virtual boundary, not by the value")
+    if unsized:
+        limit = tolerance.value or 0.0
+        kept = kept and found.value <= limit
+        notes = (
+            *notes,
+            f"{', '.join(unsized)}: no size with limits, so the value too must be within the tolerance",
+        )
     return replace(
         found,
-        verdict=all(bool(one.ok) for one in checked),
+        verdict=kept,
         certified=found.certified and all(one.certified for one in checked),
         details=details,
-        notes=(*found.notes, f"{requirement}: decided at the virtual boundary, not by the value"),
+        notes=notes,
     )
+
+
+def _sizes(
+    tolerance: Tolerance,
+    part: MadePart,
+    spec: Specification,
+    together: Sequence[Members],
+    requirement: Requirement,
+) -> tuple[dict[tuple[int, ...], float], tuple[str, ...]]:
+    """Return the material size of each member, and the names of those that have none.
+
+    Raises
+    ------
+    SpecificationError
+        No member has one.
+    """
+    sizes: dict[tuple[int, ...], float] = {}
+    unsized: dict[str, SpecificationError] = {}
+    for faces in (faces for members in together for faces in members):
+        feature = part.features(faces)[0]
+        try:
+            sizes[faces] = material_size(spec, feature, requirement, tolerance.id)
+        except SpecificationError as error:
+            unsized[feature.name] = error
+    if not sizes:
+        raise next(iter(unsized.values()))
+    return sizes, tuple(unsized)
 
 
 def _boundary(
     tolerance: Tolerance,
     part: MadePart,
-    spec: Specification,
     place: Placement,
     faces: tuple[int, ...],
+    size: float,
     requirement: Requirement,
 ) -> Boundary:
     feature = part.features(faces)[0]
@@ -90,7 +132,6 @@ def _boundary(
             f"tolerance {tolerance.id}: {requirement} of a {feature.kind} is not supported; "
             "of a cylinder it is"
         )
-    size = material_size(spec, feature, requirement, tolerance.id)
     return Boundary(
         part.points(faces),
         place.in_frame(feature.ideal.origin),

@@ -8,23 +8,21 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from cadskin.errors import SpecificationError
-from cadskin.shape.association import Patch, Pose, associate, frame_about
-from cadskin.shape.association._kernels import CONE, CYLINDER, PLANE, SPHERE, TORUS
-from cadskin.shape.association.models import FREEFORM
+from cadskin.shape.association import Pose, associate, frame_about
 from cadskin.shape.ideal import Cone, Cylinder, Plane, Sphere, Torus
 from cadskin.verify.extraction import axial_sections, ring_sections
 from cadskin.verify.location import Target, position
 from cadskin.verify.orientation import orientation
 from cadskin.verify.part_form import median_line_of, median_surface_points, refusal
+from cadskin.verify.part_patches import nominal_patch
 from cadskin.verify.profile import profile
-from cadskin.verify.runout import runout
-from cadskin.verify.sampled import sampled_closest
+from cadskin.verify.runout import datum_axis, runout
 from cadskin.verify.supported import is_tangent
 
 if TYPE_CHECKING:
     from cadskin._typing import Points, Vectors
     from cadskin.shape import Feature
-    from cadskin.shape.association.models import ClosestPoints
+    from cadskin.shape.association import Patch
     from cadskin.spec import Tolerance
     from cadskin.verify.evaluation import Evaluation
     from cadskin.verify.extraction import MadePart
@@ -49,12 +47,13 @@ def part_orientation(
     if is_axis or isinstance(feature.ideal, Cylinder):
         if is_tangent(tolerance):
             raise refusal(tolerance, feature)
-        line = median_line_of(part, faces, feature, sections)
+        line = derived_line(tolerance, part, faces, place, sections)
         angle = _angle(feature.ideal.axis, datum)  # type: ignore[union-attr]
         if tolerance.zone.shape == "diameter":
             return orientation(line, name, place.actual, feature="line", zone="cylinder", normal_angle=angle)
         exact = angle if place.nominal.datums[0].kind == "cylinder" else 0.5 * np.pi - angle
         return orientation(line, name, place.actual, feature="line", angle=abs(exact))
+    _refuse_projected(tolerance, feature)
     if isinstance(feature.ideal, Plane):
         angle = _angle(feature.ideal.normal, datum)
         points = _plane_points(tolerance, part, faces)
@@ -64,6 +63,31 @@ def part_orientation(
             return replace(found, operations=words)
         return found
     raise refusal(tolerance, feature)
+
+
+def derived_line(
+    tolerance: Tolerance, part: MadePart, faces: tuple[int, ...], place: Placement, sections: int
+) -> Points:
+    """Return the median line of a round feature, or the two ends of its projected axis.
+
+    A projected zone (ISO 1101, circled P) begins where the feature leaves the material: at the end on the
+    side of a primary datum plane across the axis, else at either end. The axis is the line of least squares
+    through the median line.
+    """
+    feature = part.features(faces)[0]
+    line = median_line_of(part, faces, feature, sections)
+    length = tolerance.zone.projected
+    if length is None:
+        return line
+    axis = associate(line, "line", "least squares", axis=feature.ideal.axis).pose  # type: ignore[union-attr]
+    along = (part.points(faces) - axis.origin) @ axis.axis
+    start = tolerance.zone.projected_offset or 0.0
+    ends = [(float(along.max()), 1.0), (float(along.min()), -1.0)]
+    datum = None if place.actual is None else place.actual.datums[0]
+    if datum is not None and datum.kind == "plane" and abs(float(datum.direction @ axis.axis)) > 0.7:
+        ends = [ends[0] if datum.direction @ axis.axis > 0 else ends[1]]
+    heights = [end + sign * beyond for end, sign in ends for beyond in (start, start + length)]
+    return np.asarray(axis.origin + np.outer(heights, axis.axis))
 
 
 def _plane_points(tolerance: Tolerance, part: MadePart, faces: tuple[int, ...]) -> Points:
@@ -78,6 +102,14 @@ def _plane_points(tolerance: Tolerance, part: MadePart, faces: tuple[int, ...]) 
         return points
     tangent = associate(points, "plane", "GE", axis=features[0].faces[0].normal)
     return np.asarray(points - tangent.residuals[:, None] * tangent.pose.axis)
+
+
+def _refuse_projected(tolerance: Tolerance, feature: Feature) -> None:
+    if tolerance.zone.projected is not None:
+        raise SpecificationError(
+            f"tolerance {tolerance.id}: a projected zone of a {feature.kind} is not supported; of an axis "
+            "it is"
+        )
 
 
 def _angle(direction: Vectors, datum: Vectors) -> float:
@@ -115,9 +147,10 @@ def _target(
     features = part.features(faces)
     feature = features[0]
     if isinstance(feature.ideal, Cylinder | Cone):
-        line = median_line_of(part, faces, feature, sections)
+        line = derived_line(tolerance, part, faces, place, sections)
         origin = feature.ideal.origin if isinstance(feature.ideal, Cylinder) else feature.ideal.apex
         return Target(line, place.in_frame(origin), place.turned(feature.ideal.axis), "line")
+    _refuse_projected(tolerance, feature)
     if isinstance(feature.ideal, Sphere):
         centre = associate(part.points(faces), "sphere", "least squares").pose.origin[None, :]
         return Target(centre, place.in_frame(feature.ideal.centre), np.zeros(3), "point")
@@ -141,7 +174,7 @@ def part_runout(
     feature = part.features(faces)[0]
     if place.actual is None:
         raise SpecificationError(f"tolerance {tolerance.id}: run-out needs a datum axis")
-    datum = place.actual.datums[0]
+    datum = datum_axis(place.actual)
     total, points = tolerance.type == "total_runout", part.points(faces)
     pose = Pose(datum.point, frame_about(datum.direction), np.zeros(2))
     if isinstance(feature.ideal, Plane):
@@ -166,6 +199,18 @@ def part_profile(
     )
 
 
+def within_rounding(found: Evaluation, tolerance: Tolerance, part: MadePart) -> Evaluation:
+    """Return the verdict of an unequally disposed zone: its limit may be that of the nominal part itself.
+
+    With Ⓤ 0 or the full value the nominal surface is a boundary of the zone, and a perfect part reaches the
+    limit exactly; it is kept to the rounding of the coordinates.
+    """
+    if tolerance.zone.outside is None or tolerance.value is None:
+        return found
+    rounding = 256 * np.finfo(np.float64).eps * float(np.abs(part.surface.points).max(initial=1.0))
+    return replace(found, verdict=bool(found.value <= tolerance.value + rounding))
+
+
 def profile_parts(
     tolerance: Tolerance,
     part: MadePart,
@@ -183,35 +228,10 @@ def profile_parts(
     parts = []
     for faces in members:
         for feature in part.features(faces):
-            parts.append((_patch(part, feature, place, offset), part.points(feature.face_indices)))
+            parts.append(
+                (
+                    nominal_patch(part, feature, place.nominal_frame, offset=offset),
+                    part.points(feature.face_indices),
+                )
+            )
     return parts
-
-
-def _patch(part: MadePart, feature: Feature, place: Placement, offset: float) -> Patch:
-    """Return the nominal surface of a feature in the datum frame, positive out of the material."""
-    ideal, sign = feature.ideal, -1.0 if feature.internal else 1.0
-
-    def placed(origin: Points, axis: Vectors, s0: float, s1: float = 0.0) -> Pose:
-        return Pose(place.in_frame(origin), frame_about(place.turned(axis)), np.array([s0, s1]))
-
-    if isinstance(ideal, Plane):
-        return Patch(PLANE, placed(ideal.origin, feature.faces[0].normal, 0.0), 1.0, offset)
-    if isinstance(ideal, Cylinder):
-        return Patch(CYLINDER, placed(ideal.origin, ideal.axis, ideal.radius), sign, offset)
-    if isinstance(ideal, Sphere):
-        return Patch(SPHERE, placed(ideal.centre, np.array([0.0, 0, 1]), ideal.radius), sign, offset)
-    if isinstance(ideal, Cone):
-        height = float(((feature.points - ideal.apex) @ ideal.axis).mean())
-        radius = height * float(np.tan(ideal.half_angle))
-        place_ = placed(ideal.apex + height * ideal.axis, ideal.axis, radius, ideal.half_angle)
-        return Patch(CONE, place_, sign, offset)
-    if isinstance(ideal, Torus):
-        place_ = placed(ideal.centre, ideal.axis, ideal.minor_radius, ideal.major_radius)
-        return Patch(TORUS, place_, sign, offset)
-    closest = part.geometry.of_nominal(("closest points", feature.id), lambda: _closest_points(feature))
-    origin, axes = place.in_frame(np.zeros(3)), np.ascontiguousarray(place.nominal_frame.axes.T)
-    return Patch(FREEFORM, Pose(origin, axes, np.zeros(2)), 1.0, offset, closest)
-
-
-def _closest_points(feature: Feature) -> ClosestPoints:
-    return sampled_closest(feature.points, feature.normals, feature.curvatures, feature.directions)

@@ -15,9 +15,9 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from cadskin._typing import Floats, Points
-    from cadskin.verify.datums import DatumFrame
+    from cadskin.verify.datums import DatumFrame, EstablishedDatum
 
-__all__ = ["RunoutDirection", "runout"]
+__all__ = ["RunoutDirection", "datum_axis", "runout"]
 
 RunoutDirection: TypeAlias = Literal["radial", "axial"]
 
@@ -38,7 +38,7 @@ def runout(
     points : (n, 3) float
         The toleranced surface.
     datums : DatumFrame
-        With an axis first.
+        With an axis.
     direction : {"radial", "axial"}
         Perpendicular to or along the axis.
     total : bool
@@ -47,9 +47,7 @@ def runout(
         For circular run-out: the points of each circle, or how many there are; by default found by gaps.
     limit : float, optional
     """
-    datum = datums.datums[0]
-    if datum.kind != "cylinder":
-        raise SpecificationError(f"run-out needs a datum axis; datum {datum.label} is a {datum.kind}")
+    datum = datum_axis(datums)
     cloud = checked_points(points, least=2, what="run-out")
 
     def indicator(part: Points) -> Floats:
@@ -78,6 +76,21 @@ def runout(
         operations=(*datums.operations(), "extraction: the given points", "filtration: none"),
         details={"circles": len(parts), "ranges": ranges},
     )
+
+
+def datum_axis(datums: DatumFrame) -> EstablishedDatum:
+    """Return the first axis of a datum system (a plane may stand before it).
+
+    Raises
+    ------
+    SpecificationError
+        There is none.
+    """
+    found = next((datum for datum in datums.datums if datum.kind == "cylinder"), None)
+    if found is None:
+        first = datums.datums[0]
+        raise SpecificationError(f"run-out needs a datum axis; datum {first.label} is a {first.kind}")
+    return found
 
 
 def _circles(

@@ -19,9 +19,10 @@ _PARAMETERS = {
     "STANDARD_DEVIATION": "q",
     "TOTAL_RANGE_DEVIATION": "t",
 }
-_ANYWHERE = ("COMMON_ZONE", "SEPARATE_ZONE", "FREE_STATE", "UNITED_FEATURE")
+_ANYWHERE = ("COMMON_ZONE", "SEPARATE_ZONE", "FREE_STATE", "UNITED_FEATURE", "STATISTICAL_TOLERANCE")
 _TANGENT = ("TANGENT_PLANE", "ASSOCIATED_TANGENT_FEATURE")
-_INDICATORS = {"straightness": ("intersection_plane", "collection_plane")}
+_CUT = ("intersection_plane", "collection_plane")
+_INDICATORS = {"straightness": _CUT, "line_profile": _CUT}
 _DATUM = ("MAXIMUM_MATERIAL_REQUIREMENT", "LEAST_MATERIAL_REQUIREMENT", "ORIENTATION", "FREE_STATE")
 
 
@@ -36,13 +37,13 @@ def refuse_unknown(tolerance: Tolerance) -> None:
     group, zone = tolerance.characteristic.group, tolerance.zone
     known = (*_ANYWHERE, *(_PARAMETERS if group == "form" else ()), *_known_tangents(tolerance))
     found = [f"modifier {word}" for word in tolerance.modifiers if word not in known]
-    if zone.projected is not None:
+    if zone.projected is not None and group not in ("orientation", "location"):
         found.append("a projected zone")
     if zone.maximum is not None:
         found.append("a largest zone (MAX)")
     if zone.angle is not None:
         found.append("a zone in a stated direction")
-    if zone.per_area is not None:
+    if zone.per_area is not None and (tolerance.type != "flatness" or tolerance.feature.derived != "none"):
         found.append("a value per area")
     if zone.per_length is not None and tolerance.type != "straightness":
         found.append("a value per length")
@@ -60,8 +61,6 @@ def refuse_unknown(tolerance: Tolerance) -> None:
         found += [
             f"modifier {word.name} of datum {reference.label}" for word in words if word.name not in _DATUM
         ]
-        if any(reference.element_modifiers):
-            found.append(f"modifiers within the common datum {reference.label}")
     if found:
         raise SpecificationError(
             f"tolerance {tolerance.id} ({tolerance.type}): {', '.join(found)} is not supported"

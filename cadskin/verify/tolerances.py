@@ -11,11 +11,19 @@ from cadskin.shape.association import associate
 from cadskin.shape.ideal import Plane
 from cadskin.spec.indicators import section_normal
 from cadskin.verify.evaluation import Evaluation
+from cadskin.verify.members import Members, members_of
 from cadskin.verify.mobility import with_mobility
 from cadskin.verify.part_datums import Placement, mobile_references, placement
 from cadskin.verify.part_form import part_form, worst
+from cadskin.verify.part_lines import part_line_profile
 from cadskin.verify.part_material import with_material
-from cadskin.verify.part_zones import part_location, part_orientation, part_profile, part_runout
+from cadskin.verify.part_zones import (
+    part_location,
+    part_orientation,
+    part_profile,
+    part_runout,
+    within_rounding,
+)
 from cadskin.verify.supported import is_lower_segment, refuse_unknown
 
 if TYPE_CHECKING:
@@ -27,7 +35,6 @@ if TYPE_CHECKING:
 __all__ = ["evaluate"]
 
 _SECTIONS = 15  # sections, surface lines or circles of a feature
-Members = tuple[tuple[int, ...], ...]
 _GROUPS: dict[str, Callable[..., Evaluation]] = {
     "orientation": part_orientation,
     "location": part_location,
@@ -63,7 +70,7 @@ def evaluate(
     SpecificationError
         A tolerance without faces, or a combination that is not supported.
     """
-    members = _members(tolerance, part)
+    members, notes = members_of(tolerance, part)
     if not members:
         raise SpecificationError(
             f"tolerance {tolerance.id}: no faces; bind the specification to the part first"
@@ -83,9 +90,11 @@ def evaluate(
         each: list[Members] = [(faces,) for faces in members]
     else:
         found, place, each = _against_datums(tolerance, members, part, spec, standard, sections)
-    found = replace(found, characteristic=tolerance.type, limit=tolerance.value)
+    if "STATISTICAL_TOLERANCE" in tolerance.modifiers:
+        notes = (*notes, "a statistical tolerance: this is the value of one part, its process is not judged")
+    found = replace(found, characteristic=tolerance.type, limit=tolerance.value, notes=(*found.notes, *notes))
     if tolerance.material == "RFS":
-        return found
+        return within_rounding(found, tolerance, part)
     if group in ("profile", "runout") or (group == "form" and not is_median):
         raise SpecificationError(
             f"tolerance {tolerance.id}: {tolerance.material} of {tolerance.type} is not supported; of a "
@@ -101,28 +110,43 @@ def _section_normal(
     spec: Specification,
     standard: Standard,
 ) -> Vectors | None:
-    """Return the normal of the sections that the intersection plane of a plane asks for."""
-    feature = part.features(faces)[0]
-    cutting = [item for item in tolerance.indicators if item.kind == "intersection_plane"]
-    if not cutting or not isinstance(feature.ideal, Plane):
+    """Return the normal of the sections that the intersection plane of a surface asks for."""
+    feature, cutting = part.features(faces)[0], tolerance.indicator("intersection_plane")
+    is_plane = isinstance(feature.ideal, Plane)
+    if cutting is None or not (is_plane or tolerance.type == "line_profile"):
         return None
-    normal = associate(part.points(faces), "plane", "least squares", axis=feature.faces[0].normal).pose.axis
-    if cutting[0].direction is not None:
-        return section_normal(cutting[0], normal)
-    datum = placement(part, replace(tolerance, datums=cutting[0].datums), spec, standard).actual
+    if is_plane:
+        normal = associate(
+            part.points(faces), "plane", "least squares", axis=feature.faces[0].normal
+        ).pose.axis
+    else:
+        normal = feature.normals.sum(axis=0)
+    if cutting.direction is not None:
+        return section_normal(cutting, normal)
+    datum = placement(part, replace(tolerance, datums=cutting.datums), spec, standard).actual
     if datum is None:
         return None
     first = datum.datums[0]
-    return section_normal(cutting[0], normal, first.direction, is_axis=first.kind == "cylinder")
+    return section_normal(cutting, normal, first.direction, is_axis=first.kind == "cylinder")
 
 
-def _members(tolerance: Tolerance, part: MadePart) -> Members:
-    """Return the members of a tolerance; two faces with one median plane between them are one member."""
-    members = tolerance.feature.members
-    single = all(len(part.features(faces)) == 1 for faces in members)
-    if tolerance.feature.derived == "median_plane" and len(members) == 2 and single:
-        return ((*members[0], *members[1]),)
-    return members
+def _line_profile(
+    tolerance: Tolerance,
+    members: Members,
+    part: MadePart,
+    spec: Specification,
+    standard: Standard,
+    place: Placement,
+    sections: int,
+) -> Evaluation:
+    """Evaluate a profile of any line in the sections of its intersection plane, or in the usual ones."""
+    features = [feature for faces in members for feature in part.features(faces)]
+    stated = {
+        feature.id: _section_normal(tolerance, feature.face_indices, part, spec, standard)
+        for feature in features
+    }
+    normals = {key: normal for key, normal in stated.items() if normal is not None}
+    return part_line_profile(tolerance, part, members, place, sections, normals=normals)
 
 
 def _against_datums(
@@ -141,7 +165,9 @@ def _against_datums(
     one_zone = tolerance.zone.combined is not False if group == "location" else tolerance.zone.combined
     together = bool(one_zone) and group in ("location", "profile")
     each: list[Members] = [members] if together else [(faces,) for faces in members]
-    if mobile_references(tolerance):
+    if tolerance.type == "line_profile" and not mobile_references(tolerance):
+        found = _line_profile(tolerance, members, part, spec, standard, place, sections)
+    elif mobile_references(tolerance):
         found = worst([with_mobility(tolerance, part, spec, some, place, sections) for some in each])
     else:
         found = worst([_GROUPS[group](tolerance, part, some, place, sections) for some in each])

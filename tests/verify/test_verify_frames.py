@@ -342,7 +342,7 @@ def test_common_datum_of_stepped_planes(plate):
 @pytest.mark.parametrize(
     ("tolerance", "text"),
     [
-        (flatness(5, 0.1, modifiers=["STATISTICAL_TOLERANCE"]), "STATISTICAL_TOLERANCE"),
+        (flatness(5, 0.1, modifiers=["RECIPROCITY_REQUIREMENT"]), "RECIPROCITY_REQUIREMENT"),
         (position(5, 0.1, datums="A", projected=10.0), "projected"),
         (flatness(5, 0.1, per_length=10.0), "per length"),
         (position(5, 0.1, datums="A(TRANSLATION)"), "TRANSLATION of datum A"),

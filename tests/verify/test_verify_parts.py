@@ -19,7 +19,6 @@ from cadskin.spec import (
     coaxiality,
     cylindricity,
     flatness,
-    line_profile,
     parallelism,
     perpendicularity,
     position,
@@ -222,11 +221,11 @@ def test_axial_runout_of_a_wobbling_face(array_shaft):
 
 def test_what_cannot_be_evaluated_is_said(array_box):
     spec = Specification(
-        flatness(5, 0.1), flatness([0, 2], 0.1, derived="axis"), line_profile(5, 0.2), datums={"A": 4}
+        flatness(5, 0.1), flatness([0, 2], 0.1, derived="axis"), datums={"A": 4}
     )
     found = verify(array_box.surface, spec, nominal=array_box)
     assert [name for name, _ in found.evaluations] == ["flatness-1"]
-    assert {name for name, _ in found.unresolved} == {"flatness-2", "line_profile-1"}
+    assert {name for name, _ in found.unresolved} == {"flatness-2"}
     assert not found.conforming
     assert "plane" in dict(found.unresolved)["flatness-2"]
 
