@@ -19,7 +19,7 @@ from cadskin.worker.models import model_table
 from cadskin.worker.request import RequestError
 
 if TYPE_CHECKING:
-    from cadskin.spec import Datum, Specification
+    from cadskin.spec import Datum, Dimension, Specification
 
 __all__ = ["specification_from_tables", "tables_of_specification"]
 
@@ -33,6 +33,7 @@ def specification_from_tables(
     tolerances: list[dict[str, Any]],
     datums: list[dict[str, Any]] | None = None,
     general: Mapping[str, Any] | None = None,
+    dimensions: list[dict[str, Any]] | None = None,
 ) -> Specification:
     """Return the specification of a request.
 
@@ -41,6 +42,7 @@ def specification_from_tables(
     tolerances, datums : list of dict
     general : mapping, optional
         ``{value, characteristic}`` of all faces without a tolerance of their own.
+    dimensions : list of dict, optional
 
     Raises
     ------
@@ -61,6 +63,8 @@ def specification_from_tables(
         lines.append(f"default = {inline(value)}")
     lines.append("tolerances = [")
     lines += [f"  {inline(_tolerance(row))}," for row in tolerances]
+    lines.append("]\ndimensions = [")
+    lines += [f"  {inline(_dimension(row))}," for row in dimensions or []]
     lines += ["]", "[datums]"]
     lines += [f"{inline({str(row.get('letter')): _datum(row)})[1:-1]}" for row in datums or []]
     try:
@@ -91,6 +95,14 @@ def _datum(row: Mapping[str, Any]) -> dict[str, Any]:
         ]
         return extra
     return {"on": faces, **extra}
+
+
+def _dimension(row: Mapping[str, Any]) -> dict[str, Any]:
+    faces, values = _selectors(row, f"dimension {row.get('id')}"), dict(row.get("extra") or {})
+    for key in ("on", "to"):
+        if key in values:
+            values[key] = [faces[k] for k in values[key]]
+    return {**values, "id": row.get("id")}
 
 
 def _selectors(row: Mapping[str, Any], label: str) -> list[int]:
@@ -136,7 +148,10 @@ def tables_of_specification(spec: Specification) -> dict[str, Any]:
         "tolerances": tables,
         "datums": datums,
         "general": None if default is None else _table(default, "general", ()),
-        "dimensions": values.get("dimensions", []),
+        "dimensions": [
+            _dimension_table(item, row)
+            for item, row in zip(spec.dimensions, values.get("dimensions", []), strict=True)
+        ],
         "unresolved": values.get("unresolved", []),
         "notes": [*spec.notes, *(f"{item.id}: {note}" for item in spec for note in item.notes)],
     }
@@ -154,6 +169,17 @@ def _table(row: Mapping[str, Any], name: str, faces: tuple[int, ...]) -> dict[st
         **{key: row[key] for key in _PLAIN if key in row and key != "id"},
         "extra": extra,
     }
+
+
+def _dimension_table(dimension: Dimension, row: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the table of a dimension; ``on`` and ``to`` are positions in the list of its faces."""
+    first, second = dimension.feature.faces, dimension.second.faces
+    faces = list(dict.fromkeys((*first, *second)))
+    extra = {key: row[key] for key in row if key not in (*_OF_THE_FILE, "to", "id", "raw_unit")}
+    extra["on"] = [faces.index(face) for face in first]
+    if second:
+        extra["to"] = [faces.index(face) for face in second]
+    return {"id": dimension.id, "faces": [face + 1 for face in faces], "extra": extra}
 
 
 def _datum_table(datum: Datum, row: Any) -> dict[str, Any]:

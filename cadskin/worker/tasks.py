@@ -123,7 +123,9 @@ def _specification(request: Request) -> tuple[Specification, list[str]]:
     tables = request.tables("tolerances")
     if general is not None and not isinstance(general, dict):
         raise RequestError(f"general must be a table, got {general!r}")
-    return specification_from_tables(tables, request.tables("datums"), general), []
+    return specification_from_tables(
+        tables, request.tables("datums"), general, request.tables("dimensions")
+    ), []
 
 
 def _bound(spec: Specification, nominal: NominalModel) -> Specification:
@@ -141,6 +143,7 @@ def _bound(spec: Specification, nominal: NominalModel) -> Specification:
         spec = Specification(
             default=tolerance("surface_profile", None, width, scope="general", id="general"),
             datums=spec.datums,
+            dimensions=spec.dimensions,
         )
     return spec.bind(nominal)
 
@@ -178,11 +181,11 @@ def _verified(
     from cadskin.verify import Verification, verify
 
     progress = context.stage(0.85, 0.99, "checking against the tolerances")
-    ids = tuple(item.id for item in spec)
+    ids = (*(item.id for item in spec.tolerances), *(item.id for item in spec.dimensions))
     reports = []
     for index, skin in enumerate(lot):
         report(progress, index, len(lot))
-        found = verify(skin, spec)
+        found = verify(skin, spec, sizes=True)
         assert isinstance(found, Verification)
         reports.append(instance_report(lot.nominal, corners[index], found, ids))
     return reports

@@ -8,8 +8,10 @@ from cadskin.spec import (
     DatumTarget,
     FeatureSelection,
     Specification,
+    distance,
     flatness,
     position,
+    size,
     surface_profile,
     tolerance,
 )
@@ -95,6 +97,23 @@ def test_a_wish_becomes_a_model(wish, model):
 def test_a_wish_without_meaning_is_refused(wish, message):
     with pytest.raises(CadskinError, match=message):
         specification_from_tables([row(deviation=wish)])
+
+
+def test_dimensions_stay_on_their_faces():
+    bore, left, right = (FeatureSelection(faces=faces) for faces in ((6, 7), (0,), (5,)))
+    spec = Specification(
+        flatness(FeatureSelection(faces=(2,)), 0.1),
+        dimensions=[size(bore, 8.0, fit="H7"), distance(left, right, 30.0, (-0.1, 0.2))],
+    )
+    tables = tables_of_specification(spec)["dimensions"]
+    assert [table["faces"] for table in tables] == [[7, 8], [1, 6]]
+    tables[1]["faces"] = [1, 5]
+    back = specification_from_tables([row()], dimensions=tables).dimensions
+    assert [item.feature.selectors for item in back] == [(6, 7), (0,)]
+    assert back[1].second.selectors == (4,)
+    for before, after in zip(spec.dimensions, back, strict=True):
+        for key in ("id", "kind", "name", "nominal", "lower", "upper", "fit"):
+            assert getattr(after, key) == getattr(before, key), key
 
 
 def test_datum_targets_stay_on_their_faces():

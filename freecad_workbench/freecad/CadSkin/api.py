@@ -19,6 +19,7 @@ from typing import Any
 import FreeCAD
 
 from . import datum as _datum
+from . import dimension as _dimension
 from . import general_tolerance as _general
 from . import import_step as _import
 from . import jobs as _jobs
@@ -60,6 +61,9 @@ __all__ = [
 ]
 
 EXPORT_FORMATS = ("stl", "ply", "obj", "3mf", "glb", "gltf", "vtu", "npz")
+
+
+_ON_PARTS = (_tolerance.TYPE, _datum.TYPE, _dimension.TYPE, _general.TYPE)
 
 
 # -- the specification --------------------
@@ -184,8 +188,8 @@ def general_tolerance(part: Any, value: float, characteristic: str = "surface_pr
 
 
 def tolerances(part: Any) -> list[Any]:
-    """Return the tolerances, datums and the general tolerance of a part."""
-    found = objects_of(part.Document, _tolerance.TYPE, _datum.TYPE, _general.TYPE)
+    """Return the tolerances, datums, dimensions and the general tolerance of a part."""
+    found = objects_of(part.Document, *_ON_PARTS)
     return [obj for obj in found if part_of(obj) == part]
 
 
@@ -221,7 +225,7 @@ def find_faces(obj: Any) -> bool:
 
 def _with_faces(obj: Any) -> list[Any]:
     members = obj.Tolerances if is_a(obj, _skin.TYPE) else [obj]
-    return [item for item in members if is_a(item, _tolerance.TYPE) or is_a(item, _datum.TYPE)]
+    return [item for item in members if hasattr(item, "Signature")]
 
 
 def join_skins(obj: Any) -> None:

@@ -10,6 +10,7 @@ import Part
 
 from . import jobs
 from .datum import DatumProxy
+from .dimension import make_dimension
 from .engine import Job
 from .faces import InputError, link_faces, warn
 from .general_tolerance import make_general
@@ -90,6 +91,9 @@ def _part(document: Any, brep: Path, record: dict[str, Any]) -> Any:
         _datum(document, part, row)
     for row in record.get("tolerances", []):
         _tolerance(document, part, row)
+    for row in record.get("dimensions", []):
+        if row["faces"]:
+            make_dimension(document, part, row)
     general = _general(record)
     if general is not None:
         made = make_general(document, part, general["value"], general["characteristic"])
@@ -118,9 +122,9 @@ def _keep_notes(part: Any, record: dict[str, Any]) -> None:
         for row in tolerances
         if not row["faces"] and row is not _general(record)
     ]
-    dimensions = record.get("dimensions", [])
-    if dimensions:
-        notes.append(f"{len(dimensions)} dimensions were left out; tolerances and datums are kept")
+    loose = [row["id"] for row in record.get("dimensions", []) if not row["faces"]]
+    if loose:
+        notes.append(f"dimensions {', '.join(loose)} are on no face and were left out")
     notes += record.get("notes", [])
     if notes:
         part.addProperty("App::PropertyStringList", "ImportNotes", "CadSkin", "What to know of the import")

@@ -9,7 +9,7 @@ from typing import Any
 
 import Mesh
 
-from . import datum, general_tolerance, tolerance
+from . import datum, dimension, general_tolerance, tolerance
 from .faces import face_numbers, faces_now, part_of, part_problem, size_of
 from .objects import HIDDEN, READ_ONLY, Field, Proxy, attach_view, is_a, set_status
 from .ply import write_ply
@@ -123,9 +123,8 @@ def problems(obj: Any) -> list[str]:
     if told:
         return [told]
     found = []
-    modules = ((tolerance, tolerance.TYPE), (datum, datum.TYPE), (general_tolerance, general_tolerance.TYPE))
-    for module, kind in modules:
-        for item in members(obj, kind):
+    for module in (tolerance, datum, dimension, general_tolerance):
+        for item in members(obj, module.TYPE):
             told = module.problem(item)
             if told is None and part_of(item) != obj.Part:
                 told = f"it is on another part, {part_of(item).Label}"
@@ -142,7 +141,7 @@ def problems(obj: Any) -> list[str]:
 
 def request_of(obj: Any) -> dict[str, Any]:
     """Return the request of a simulation, without the task."""
-    on = [*members(obj, tolerance.TYPE), *members(obj, datum.TYPE)]
+    on = [item for module in (tolerance, datum, dimension) for item in members(obj, module.TYPE)]
     general = members(obj, general_tolerance.TYPE)
     values: dict[str, Any] = {
         "part": obj.Part.Label,
@@ -151,6 +150,7 @@ def request_of(obj: Any) -> dict[str, Any]:
         "conform": str(obj.Conform),
         "tolerances": [tolerance.tolerance_table(item) for item in members(obj, tolerance.TYPE)],
         "datums": [datum.datum_table(item) for item in members(obj, datum.TYPE)],
+        "dimensions": [dimension.dimension_table(item) for item in members(obj, dimension.TYPE)],
         **_faces_for_worker(obj.Part, sorted({number for item in on for number in face_numbers(item)})),
     }
     if general:

@@ -302,6 +302,10 @@ class Documents(SkinTest):
         self.assertEqual((made.Status, skin.Status), ("OK", "Not computed"))
 
 
+SHAPE = "cq.Workplane().box(30, 20, 6)"
+SPEC = "cs.Specification(cs.flatness('>Z', 0.02), cs.parallelism('>Z', 0.05, datums='A'), datums={'A': '<Z'})"
+
+
 class Importing(DocumentTest):
     def test_tolerances_of_a_step_file_come_with_their_faces(self):
         path = self.folder / "Stück.step"
@@ -320,20 +324,33 @@ class Importing(DocumentTest):
         skin = api.compute(api.create_skin(part, edge_length=3.0))
         self.assertTrue(api.report(skin)["instances"][0]["conforming"])
 
-    def write_step(self, path):
-        """Write a block with flatness, parallelism and a datum, in the worker's Python."""
+    def test_sizes_come_too_and_serve_material_requirements(self):
+        path = self.folder / "bore.step"
+        self.write_step(
+            path,
+            "cq.Workplane().box(30, 20, 6).faces('>Z').workplane().hole(8)",
+            "cs.Specification("
+            "cs.perpendicularity('%CYLINDER', 0.05, datums='A', diameter=True, material='MMR'), "
+            "datums={'A': '<Z'}, dimensions=[cs.size('%CYLINDER', 8.0, fit='H9')])",
+        )
+        (part,) = api.import_step(path, self.document)
+        (size,) = (obj for obj in api.tolerances(part) if obj.Proxy.Type == "CadSkinDimension")
+        self.assertEqual((size.Text[:6], size.Status), ("size 8", "OK"))
+        skin = api.compute(api.create_skin(part, edge_length=2.0))
+        rows = {row["id"]: row for row in api.result(skin).tolerance_rows()}
+        self.assertEqual(len(rows), 2, rows)
+        self.assertTrue(all(row["ok"] for row in rows.values()), rows)
+        self.assertAlmostEqual(rows[size.Name]["value"], 8.0, delta=0.05)
+
+    def write_step(self, path, shape=SHAPE, spec=SPEC):
+        """Write a STEP file with tolerances, in the worker's Python."""
         import subprocess
 
         from freecad.CadSkin.protocol import clean_environment
 
         from .support import python_for_scripts
 
-        code = (
-            "import sys, cadquery as cq, cadskin as cs\n"
-            "flat, parallel = cs.flatness('>Z', 0.02), cs.parallelism('>Z', 0.05, datums='A')\n"
-            "spec = cs.Specification(flat, parallel, datums={'A': '<Z'})\n"
-            "cs.write_step(sys.argv[1], cq.Workplane().box(30, 20, 6), spec)\n"
-        )
+        code = f"import sys, cadquery as cq, cadskin as cs\ncs.write_step(sys.argv[1], {shape}, {spec})\n"
         subprocess.run(
             [python_for_scripts(), "-c", code, str(path)],
             check=True,
