@@ -135,7 +135,7 @@ def _add(
 ) -> ElementTree.Element:
     element = ElementTree.SubElement(parent, tag, {key: str(value) for key, value in attributes.items()})
     if text is not None:
-        element.text = text if isinstance(text, str) else _number(text)
+        element.text = " ".join(text.split()) if isinstance(text, str) else _number(text)  # xs:token
     return element
 
 
