@@ -14,9 +14,9 @@ from cadskin.spec import (
     circular_runout,
     cylindricity,
     flatness,
-    line_profile,
     parallelism,
     position,
+    roundness,
     straightness,
     surface_profile,
 )
@@ -49,8 +49,9 @@ def written(array_box, tmp_path_factory):
         parallelism(5, 0.055, datums="A"),
         position(5, 0.3, datums="A|B", id="place"),
         surface_profile(3, 0.2, datums="A", outside=0.15),
-        line_profile(5, 0.2, id="line"),
+        roundness(1, 0.2, id="line"),  # a plane has none: not analysed
         datums={"A": 4, "B": 2},
+        checked=False,
     )
     points = np.array(array_box.surface.points)
     points[np.isclose(points[:, 2], 10.0), 2] += 0.001 * points[np.isclose(points[:, 2], 10.0), 0]

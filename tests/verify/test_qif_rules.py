@@ -3,7 +3,8 @@
 The rules are written out by hand for the elements that are written. Document, results, base types of features
 and characteristics, and the statuses follow the text of the schemas (QIFDocument.xsd, QIFResults.xsd,
 Features.xsd, Characteristics.xsd of ISO 23952) and their published bindings; the inside of feature
-definitions, of datum frames and of units follows published files. The schema files themselves are not a dependency.
+definitions, of datum frames and of units follows published files. The schema files themselves are not a
+dependency.
 """
 
 from __future__ import annotations
