@@ -11,8 +11,6 @@ message says why, and leaves the document as it was.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +26,7 @@ from . import tolerance as _tolerance
 from .faces import InputError, part_of, part_problem, relink_faces, whole_part
 from .faces import accept_faces as _accept
 from .kinds import CHARACTERISTICS, characteristics_for
-from .objects import is_a, objects_of
+from .objects import is_a, objects_of, transaction
 from .protocol import JobError
 from .result import SkinResult
 
@@ -451,20 +449,3 @@ def _of_kind(skin: Any) -> Any:
     if not is_a(skin, _skin.TYPE):
         raise InputError(f"{getattr(skin, 'Label', skin)} is no skin model; select one")
     return skin
-
-
-@contextmanager
-def transaction(document: Any, text: str) -> Iterator[None]:
-    """Do something in a transaction: all of it or nothing; within one that is open it is a part of that."""
-    within = document.HasPendingTransaction
-    if not within:
-        document.openTransaction(text)
-    try:
-        yield
-        document.recompute()
-    except BaseException:
-        if not within:
-            document.abortTransaction()
-        raise
-    if not within:
-        document.commitTransaction()

@@ -14,7 +14,7 @@ from .dimension import make_dimension
 from .engine import Job
 from .faces import InputError, link_faces, warn
 from .general_tolerance import make_general
-from .objects import attach_view
+from .objects import attach_view, transaction
 from .tolerance import ToleranceProxy
 
 __all__ = ["finish_import", "import_file", "start_import"]
@@ -67,19 +67,8 @@ def _request(path: str | Path) -> dict[str, Any]:
 
 def finish_import(document: Any, job: Job, values: dict[str, Any]) -> list[Any]:
     """Make the objects of an import in a transaction of their own, and return the parts."""
-    within = document.HasPendingTransaction
-    if not within:
-        document.openTransaction("Import STEP with tolerances")
-    try:
-        parts = [_part(document, job.path(record["brep"]), record) for record in values["parts"]]
-        document.recompute()
-    except BaseException:
-        if not within:
-            document.abortTransaction()
-        raise
-    if not within:
-        document.commitTransaction()
-    return parts
+    with transaction(document, "Import STEP with tolerances"):
+        return [_part(document, job.path(record["brep"]), record) for record in values["parts"]]
 
 
 def _part(document: Any, brep: Path, record: dict[str, Any]) -> Any:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 import FreeCAD
 
-__all__ = ["Field", "Proxy", "add_fields", "attach_view", "is_a", "objects_of", "set_status"]
+__all__ = ["Field", "Proxy", "add_fields", "attach_view", "is_a", "objects_of", "set_status", "transaction"]
 
 READ_ONLY, HIDDEN = 1, 2
 
@@ -119,3 +120,20 @@ class Proxy:
 
     def __setstate__(self, _state: Any) -> None:
         return None
+
+
+@contextmanager
+def transaction(document: Any, text: str) -> Iterator[None]:
+    """Do something in a transaction: all of it or nothing; within one that is open it is a part of that."""
+    within = document.HasPendingTransaction
+    if not within:
+        document.openTransaction(text)
+    try:
+        yield
+        document.recompute()
+    except BaseException:
+        if not within:
+            document.abortTransaction()
+        raise
+    if not within:
+        document.commitTransaction()
