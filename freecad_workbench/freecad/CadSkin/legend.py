@@ -31,11 +31,12 @@ class Legend:
         self._corners = coin.SoCoordinate3()
         self._texture_corners = coin.SoTextureCoordinate2()
         self._switch = coin.SoSwitch()
+        self._drawing = coin.SoSwitch()
         self._callback = coin.SoCallback()
         self.root = self._build()
 
     def _build(self) -> coin.SoNode:
-        self._callback.setCallback(self._before_drawing)
+        self._callback.setCallback(self._before_each_action)
         self._camera.viewportMapping = coin.SoCamera.LEAVE_ALONE
         self._camera.nearDistance = -1.0
         self._camera.farDistance = 1.0
@@ -55,10 +56,7 @@ class Legend:
         self._texture.wrapT = coin.SoTexture2.CLAMP
         square = coin.SoFaceSet()
         square.numVertices.setValue(4)
-        drawing = coin.SoSeparator()
-        drawing.renderCaching = coin.SoSeparator.OFF
         for node in (
-            self._callback,
             self._camera,
             light,
             depth,
@@ -71,12 +69,16 @@ class Legend:
             self._corners,
             square,
         ):
-            drawing.addChild(node)
-        self._switch.addChild(drawing)
+            self._drawing.addChild(node)
+        self._drawing.whichChild = coin.SO_SWITCH_NONE
+        root = coin.SoSeparator()
+        root.renderCaching = coin.SoSeparator.OFF
+        root.boundingBoxCaching = coin.SoSeparator.OFF
+        root.addChild(self._callback)
+        root.addChild(self._drawing)
+        self._switch.addChild(root)
         self._switch.whichChild = coin.SO_SWITCH_NONE
-        outside_the_box = coin.SoType.fromName("SoSkipBoundingGroup").createInstance()
-        outside_the_box.addChild(self._switch)
-        return outside_the_box
+        return self._switch
 
     @property
     def visible(self) -> bool:
@@ -100,8 +102,13 @@ class Legend:
         if self._position == "Hidden":
             self.set_visible(False)
 
-    def _before_drawing(self, _data: object, action: coin.SoAction) -> None:
-        if not action.isOfType(coin.SoGLRenderAction.getClassTypeId()):
+    def _before_each_action(self, _data: object, action: coin.SoAction) -> None:
+        """Be there for drawing only: the legend has no place in space, and must not count in its extent."""
+        drawn = action.isOfType(coin.SoGLRenderAction.getClassTypeId())
+        self._drawing.enableNotify(False)
+        self._drawing.whichChild = coin.SO_SWITCH_ALL if drawn else coin.SO_SWITCH_NONE
+        self._drawing.enableNotify(True)
+        if not drawn:
             return
         pixels = coin.SoViewportRegionElement.get(action.getState()).getViewportSizePixels().getValue()
         viewport = (int(pixels[0]), int(pixels[1]))

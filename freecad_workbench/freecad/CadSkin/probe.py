@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from typing import Any
 
 import FreeCAD
@@ -114,8 +115,17 @@ class Probe:
             QtCore.QTimer.singleShot(0, stop_probe)
 
     def _on_button(self, event: dict[str, Any]) -> None:
-        if event.get("Button") == "BUTTON1" and event.get("State") == "DOWN":
+        if event.get("Button") != "BUTTON1":
+            return
+        if event.get("State") == "DOWN":
             self.read_at(event["Position"])
+        else:
+            QtCore.QTimer.singleShot(0, self._unselect)
+
+    def _unselect(self) -> None:
+        """Take back that the click has selected the skin model: the frame would lie over the labels."""
+        with contextlib.suppress(ReferenceError):
+            FreeCADGui.Selection.removeSelection(self.obj)
 
     def read_at(self, pixel: Any) -> Reading | None:
         """Read the value at a place of the view, pin a label there, and write it to the report view."""

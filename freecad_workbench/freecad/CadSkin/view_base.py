@@ -5,9 +5,14 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
+from pivy import coin
+
 from .icons import icon_path
 
 __all__ = ["PlainViewProvider"]
+
+
+_MODE = "Default"
 
 
 class PlainViewProvider:
@@ -22,6 +27,15 @@ class PlainViewProvider:
     def attach(self, view_object: Any) -> None:
         """Remember the object; FreeCAD calls it when the object appears, new or from a file."""
         self._object = view_object.Object
+        view_object.addDisplayMode(coin.SoGroup(), _MODE)  # without a mode the tree shows it as hidden
+
+    def getDisplayModes(self, _obj: Any) -> list[str]:
+        """Return the mode that draws nothing."""
+        return [_MODE]
+
+    def getDefaultDisplayMode(self) -> str:
+        """Return the mode that draws nothing."""
+        return _MODE
 
     def getIcon(self) -> str:
         """Return the icon, with a mark where the object cannot be used."""

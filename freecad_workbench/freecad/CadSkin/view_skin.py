@@ -27,6 +27,7 @@ def attach_view(view_object: Any) -> None:
     """Give the view object of a new skin object its view provider."""
     ViewProviderSkin(view_object)
     view_object.DisplayMode = MODE_NAME
+    view_object.SelectionStyle = "BoundBox"  # the colour of the selection would falsify those of the map
 
 
 class ViewProviderSkin:

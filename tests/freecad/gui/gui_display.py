@@ -8,6 +8,7 @@ import Mesh
 import numpy as np
 from freecad.CadSkin import display, view_skin
 from gui_support import OUT, GuiTest, count_colors, legend_area, process_events, view, view_picture
+from pivy import coin
 from synthetic import box_result
 
 
@@ -80,6 +81,9 @@ class DisplayTest(GuiTest):
     def test_the_legend_does_not_change_the_size_of_the_scene(self):
         skin = self.show(box_result())
         with_legend = view().getCameraNode().height.getValue()
+        action = coin.SoGetBoundingBoxAction(coin.SbViewportRegion(1000, 700))
+        action.apply(skin.view_object.RootNode)
+        assert max(action.getBoundingBox().getSize().getValue()) < 61
         skin.view_object.Legend = "Hidden"
         view().fitAll()
         assert abs(view().getCameraNode().height.getValue() - with_legend) < 1e-3

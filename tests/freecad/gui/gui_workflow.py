@@ -70,8 +70,8 @@ class WorkflowTest(GuiTest):
         api.general_tolerance(part, 0.1)
         FreeCADGui.runCommand("CadSkin_CreateSkin")
         panel = active_panel()
-        panel.edge.setProperty("rawValue", 3.0)
-        panel.length.setProperty("rawValue", 20.0)
+        panel.edge.setProperty("rawValue", 4.0)
+        panel.length.setProperty("rawValue", 25.0)
         panel.store()
         skin = panel.obj
         press(panel.compute)

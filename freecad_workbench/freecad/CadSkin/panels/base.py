@@ -14,6 +14,7 @@ from ..protocol import JobError
 from ..qt import QtCore, QtGui, QtWidgets, button_value, is_dark, translate
 
 __all__ = [
+    "BOX_MARGINS",
     "Panel",
     "Status",
     "current",
@@ -28,6 +29,8 @@ __all__ = [
     "silent",
 ]
 
+#: Inside a group box; FreeCAD's style draws the title over the top.
+BOX_MARGINS = (5, 12, 5, 5)
 _ROW, _ROWS = 22, 8  # height of a row in pixels, rows that are seen at once
 _GOOD, _BAD, _CAUTION = ("#1f7a45", "#7fd6a0"), ("#b3261e", "#ff9a8f"), ("#8a5a00", "#f2c14e")
 
@@ -54,6 +57,18 @@ class Panel:
         """Return the buttons."""
         buttons = QtWidgets.QDialogButtonBox
         return button_value(buttons.Ok, buttons.Cancel) if self.decides else button_value(buttons.Close)
+
+    def isAllowedAlterSelection(self) -> bool:
+        """Allow commands that select."""
+        return True
+
+    def isAllowedAlterView(self) -> bool:
+        """Allow commands that change the view."""
+        return True
+
+    def isAllowedAlterDocument(self) -> bool:
+        """Allow commands that change the document, where no decision is open."""
+        return not self.decides
 
     def accept(self) -> bool:
         """Close with OK."""
@@ -167,10 +182,10 @@ def length_box(value: float, *, none_text: str = "") -> Any:
     return box
 
 
-def row_form() -> QtWidgets.QFormLayout:
-    """Return a layout of labelled rows whose fields may be narrow."""
+def row_form(*, boxed: bool = False) -> QtWidgets.QFormLayout:
+    """Return a layout of labelled rows whose fields may be narrow; boxed is for one inside a group box."""
     form = QtWidgets.QFormLayout()
-    form.setContentsMargins(0, 0, 0, 0)
+    form.setContentsMargins(*(BOX_MARGINS if boxed else (0, 0, 0, 0)))
     form.setSpacing(4)
     form.setFieldGrowthPolicy(QtWidgets.QFormLayout.AllNonFixedFieldsGrow)
     return form

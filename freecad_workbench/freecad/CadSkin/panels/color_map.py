@@ -8,7 +8,7 @@ from typing import Any
 from .. import display
 from ..colormap import PALETTES, RANGE_MODES
 from ..qt import QtCore, QtWidgets, translate
-from .base import Panel, open_panel, row_form, silent
+from .base import BOX_MARGINS, Panel, open_panel, row_form, silent
 
 __all__ = ["ColorMapPanel", "show"]
 
@@ -44,7 +44,7 @@ class ColorMapPanel(Panel):
         self.layout.addWidget(self.shown)
         box = QtWidgets.QGroupBox(translate("Exaggeration"))
         layout = QtWidgets.QHBoxLayout(box)
-        layout.setContentsMargins(4, 4, 4, 4)
+        layout.setContentsMargins(*BOX_MARGINS)
         self.slider = QtWidgets.QSlider(QtCore.Qt.Horizontal)
         self.slider.setRange(0, _STEPS)
         self.slider.setPageStep(_STEPS // 6)
@@ -57,7 +57,7 @@ class ColorMapPanel(Panel):
 
     def _build_colors(self) -> None:
         box = QtWidgets.QGroupBox(translate("Colours"))
-        form = row_form()
+        form = row_form(boxed=True)
         self.mode, self.palette, self.legend = (QtWidgets.QComboBox() for _ in range(3))
         for combo, names in (
             (self.mode, RANGE_MODES),

@@ -12,6 +12,7 @@ from ..colormap import format_deviation
 from ..qt import QtCore, QtWidgets, translate
 from .base import Panel, open_panel, row_form, shown_name, silent
 from .histogram import Histogram
+from .result_table import place_of
 
 __all__ = ["InstancesPanel", "show"]
 
@@ -129,7 +130,7 @@ class InstancesPanel(Panel):
         self._values[translate(_RMS)] = (statistics[:, 2], None)
         labels = {item.Name: item.Label for item in self.obj.Tolerances}
         for row in found.tolerance_rows(0):
-            name = labels.get(row["id"], shown_name(row["characteristic"]))
+            name = labels.get(row["id"]) or place_of(str(row["id"])) or shown_name(row["characteristic"])
             self._values[name] = (found.tolerance_values(row["id"]), row.get("limit"))
         before = self.quantity.currentText()
         names = list(self._values)

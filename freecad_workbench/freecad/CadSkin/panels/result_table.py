@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 from ..colormap import format_deviation, unit_of
@@ -9,7 +10,7 @@ from ..kinds import CHARACTERISTICS
 from ..qt import translate
 from .base import shown_name
 
-__all__ = ["result_rows", "verdict"]
+__all__ = ["place_of", "result_rows", "verdict"]
 
 
 def result_rows(rows: list[dict[str, Any]], labels: dict[str, str]) -> list[tuple[list[str], str, str]]:
@@ -28,7 +29,7 @@ def result_rows(rows: list[dict[str, Any]], labels: dict[str, str]) -> list[tupl
 def _row(row: dict[str, Any], labels: dict[str, str]) -> tuple[list[str], str, str]:
     name, ok = row["characteristic"], row.get("ok")
     symbol = CHARACTERISTICS[name].symbol if name in CHARACTERISTICS else ""
-    label = labels.get(row["id"], shown_name(name))
+    label = labels.get(row["id"]) or place_of(str(row["id"])) or shown_name(name)
     mark, kind = {True: ("✓", "good"), False: ("✗", "bad")}.get(ok, ("?", "caution"))
     tip = [label, f"{shown_name(name)}: {format_deviation(row.get('value'))}"]
     tip.append(f"{translate('limit')}: {format_deviation(row.get('limit'))}")
@@ -37,6 +38,16 @@ def _row(row: dict[str, Any], labels: dict[str, str]) -> tuple[list[str], str, s
     if row.get("reason"):
         tip.append(str(row["reason"]))
     return [f"{symbol} {label}".strip(), _value_of_limit(row), mark], kind, "\n".join(tip)
+
+
+def place_of(identifier: str) -> str:
+    """Return the faces of a row of the general tolerance, counted as FreeCAD does.
+
+    >>> place_of("general@faces3+4")
+    'Face4+5'
+    """
+    numbers = re.findall(r"[0-9]+", identifier.partition("@")[2])
+    return "Face" + "+".join(str(int(number) + 1) for number in numbers) if numbers else ""
 
 
 def _value_of_limit(row: dict[str, Any]) -> str:

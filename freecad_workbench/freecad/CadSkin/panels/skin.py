@@ -9,7 +9,7 @@ from .. import api, jobs
 from .. import skin as skins
 from ..colormap import format_deviation
 from ..qt import QtCore, QtWidgets, translate
-from .base import Panel, fill_table, length_box, open_panel, plain_table, row_form, silent
+from .base import BOX_MARGINS, Panel, fill_table, length_box, open_panel, plain_table, row_form, silent
 from .result_table import result_rows, verdict
 
 __all__ = ["SkinPanel", "show"]
@@ -93,7 +93,7 @@ class SkinPanel(Panel):
     def _build_result(self) -> None:
         self.result_box = QtWidgets.QGroupBox(translate("Result"))
         layout = QtWidgets.QVBoxLayout(self.result_box)
-        layout.setContentsMargins(4, 4, 4, 4)
+        layout.setContentsMargins(*BOX_MARGINS)
         self.extent = QtWidgets.QLabel()
         self.extent.setWordWrap(True)
         self.shown = QtWidgets.QSlider(QtCore.Qt.Horizontal)
@@ -184,7 +184,7 @@ class SkinPanel(Panel):
         mark = {"good": "✓", "bad": "✗"}.get(kind, "")
         self.result_box.setTitle(" ".join((translate("Result"), parts, mark)).strip())
         self.extent.setText(
-            f"{format_deviation(lowest, signed=True)} … {format_deviation(highest, signed=True)}, "
+            f"{format_deviation(lowest, signed=True)} … {format_deviation(highest, signed=True)}\n"
             f"RMS {format_deviation(rms)}\n{sentence}"
         )
         labels = {item.Name: item.Label for item in self.obj.Tolerances}

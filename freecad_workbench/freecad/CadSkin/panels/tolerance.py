@@ -56,7 +56,7 @@ class TolerancePanel(FaceListPanel):
         self.layout.addLayout(form)
 
     def _build_deviations(self) -> None:
-        obj, form = self.obj, row_form()
+        obj, form = self.obj, row_form(boxed=True)
         box = QtWidgets.QGroupBox(translate("Deviations of these faces"))
         self.model = QtWidgets.QComboBox()
         self.model.setEditable(True)
