@@ -14,9 +14,9 @@ from cadskin.spec import (
     circular_runout,
     cylindricity,
     flatness,
+    line_profile,
     parallelism,
     position,
-    roundness,
     straightness,
     surface_profile,
 )
@@ -49,9 +49,8 @@ def written(array_box, tmp_path_factory):
         parallelism(5, 0.055, datums="A"),
         position(5, 0.3, datums="A|B", id="place"),
         surface_profile(3, 0.2, datums="A", outside=0.15),
-        roundness(1, 0.2, id="line"),  # a plane has none: not analysed
+        line_profile(5, 0.2, id="line", modifiers=["EACH_RADIAL_ELEMENT"]),  # not supported: not analysed
         datums={"A": 4, "B": 2},
-        checked=False,
     )
     points = np.array(array_box.surface.points)
     points[np.isclose(points[:, 2], 10.0), 2] += 0.001 * points[np.isclose(points[:, 2], 10.0), 0]
@@ -139,8 +138,13 @@ def test_read_back_by_the_reader_of_measured_parts(written):
     found = read_qif(path)
     # The tilted roof fails parallelism; of the other part one question is unanswered.
     assert [part.declared for part in found.parts] == ["FAIL", "UNDEFINED"]
-    assert "1 x FlatnessCharacteristicItem" in found.not_read
-    assert not found.characteristics  # that reader knows probed points only
+    read = {one.name: one for one in found.characteristics}
+    assert (read["flatness-1"].type, read["flatness-1"].kind, read["flatness-1"].tolerance) == (
+        "Flatness",
+        "reported",
+        0.05,
+    )
+    assert read["flatness-1"].feature == "face 5"
 
 
 def test_round_part_and_own_words(array_shaft, tmp_path):
