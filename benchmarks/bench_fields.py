@@ -26,21 +26,28 @@ from cadskin.shape.nominal import build_features  # noqa: E402
 SIZE = (120.0, 80.0)
 
 
-def plane(count: int) -> NominalModel:
-    """Make an irregular mesh of a 120 x 80 mm rectangle with about ``count`` points."""
-    h = np.sqrt(SIZE[0] * SIZE[1] / count)
-    nx, ny = (round(side / h) + 1 for side in SIZE)
+def plane(count: int, size: tuple[float, float] = SIZE) -> NominalModel:
+    """Make an irregular mesh of a rectangle with about ``count`` points."""
+    h = np.sqrt(size[0] * size[1] / count)
+    nx, ny = (round(side / h) + 1 for side in size)
     x, y = (
-        a.ravel() for a in np.meshgrid(*(np.linspace(0, s, n) for s, n in zip(SIZE, (nx, ny), strict=True)))
+        a.ravel() for a in np.meshgrid(*(np.linspace(0, s, n) for s, n in zip(size, (nx, ny), strict=True)))
     )
     rng = np.random.default_rng(1)
-    inside = (x > 0) & (x < SIZE[0]) & (y > 0) & (y < SIZE[1])
+    inside = (x > 0) & (x < size[0]) & (y > 0) & (y < size[1])
     x, y = (axis + 0.3 * h * inside * rng.uniform(-1, 1, len(axis)) for axis in (x, y))
     triangles = Delaunay(np.column_stack([x, y])).simplices.astype(np.int64)
     points = np.column_stack([x, y, np.zeros(len(x))])
     normals = np.tile([0.0, 0.0, 1.0], (len(x), 1))
     surface = DiscreteShape(points, triangles, np.zeros(len(triangles), dtype=np.int64))
-    face = Face(0, Plane([0, 0, 0], [0, 0, 1]), 9600.0, [60, 40, 0], [0, 0, 1], [[0, 0, 0], [120, 80, 0]])
+    face = Face(
+        0,
+        Plane([0, 0, 0], [0, 0, 1]),
+        size[0] * size[1],
+        [size[0] / 2, size[1] / 2, 0],
+        [0, 0, 1],
+        [[0, 0, 0], [*size, 0]],
+    )
     samples = Samples(
         vertex_ids=np.arange(len(x)),
         face_ids=np.zeros(len(x)),

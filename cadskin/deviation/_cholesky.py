@@ -64,13 +64,12 @@ class SparseCholesky:
             raise DeviationError("the matrix is not positive definite: the mesh has degenerate triangles")
         self._single = self.values.astype(np.float32)
         self._by_row = _by_rows(self.starts, self.rows, self._single)
-        self._below = self.rows.astype(np.uint32)  # unsigned: no check for negative places in the loop
 
     def solve_columns(self, columns: NDArray[np.float32]) -> None:
         """Solve in place for right sides (n, COLUMNS) in the order of the factor, in single precision."""
         begin, places, values = self._by_row
         _forward(begin, places, values, columns)
-        _backward(self.starts, self._below, self._single, columns)
+        _backward(self.starts, self.rows, self._single, columns)
 
 
 def nested_dissection(matrix: csr_array, points: Points) -> Ints:
@@ -241,7 +240,7 @@ def _column_counts(starts: Any, columns: Any, parent: Any) -> Any:
 def _factor(starts: Any, columns: Any, data: Any, parent: Any, ends: Any) -> Any:
     """Up-looking factorisation: row k of L by a sparse triangular solve (Davis 2006, section 4.7)."""
     n = parent.size
-    rows = np.zeros(ends[n], dtype=np.int32)
+    rows = np.zeros(ends[n], dtype=np.uint32)  # unsigned: no check for negative places in the loops
     values = np.zeros(ends[n])
     fill = ends[:n].copy()
     work = np.zeros(n)

@@ -45,11 +45,18 @@ def sweep(order: Any, starts: Any, columns: Any, weights: Any, deviation: Any, n
         scale = deviation[i]
         for r in range(COLUMNS):
             x[i, r] = scale * noise[r, i]
-        for p in range(starts[i], starts[i + 1]):
-            weight = weights[p]
-            j = columns[p]
+        p, end = starts[i], starts[i + 1]
+        while p + 4 <= end:
+            w0, w1, w2, w3 = weights[p], weights[p + 1], weights[p + 2], weights[p + 3]
+            a, b, c, d = columns[p], columns[p + 1], columns[p + 2], columns[p + 3]
             for r in range(COLUMNS):
-                x[i, r] += weight * x[j, r]
+                x[i, r] += w0 * x[a, r] + w1 * x[b, r] + w2 * x[c, r] + w3 * x[d, r]
+            p += 4
+        while p < end:
+            w0, a = weights[p], columns[p]
+            for r in range(COLUMNS):
+                x[i, r] += w0 * x[a, r]
+            p += 1
 
 
 @kernel

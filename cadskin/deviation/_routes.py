@@ -10,7 +10,7 @@ karhunen_loeve    squared exponential, up to 10 000 points, rank <= 400  1e-4
 grid              squared exponential, any size                          6e-4
 two_level         smooth kernels, many points per length                 1e-3 (SE), 4e-3 (Matern 5/2)
 vecchia           rough kernels, or few points per length                8e-3
-surface           thin patches, metric="surface"                         mesh: 0.03 at 7 vertices per l, 0.012 at 20
+surface           thin patches, metric="surface"                         0.03 at 7 vertices per l
 ================  =====================================================  ==========================
 """
 

@@ -140,6 +140,7 @@ class SurfaceField(PatchField):
         matrix = (laplacian * pole + dia_array((diagonal[None], [0]), shape=laplacian.shape)).tocsr()
         self.matrix, self.lumped = matrix, mass
         places = points if border is None else border.extended(points, triangles)
+        self.places = places
         self.solver = SparseCholesky(matrix, places)
         self.order = self.solver.order
         self.place_of_point = np.argsort(self.order).astype(np.uint32)
