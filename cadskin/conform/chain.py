@@ -8,15 +8,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cadskin.conform.requirements import Requirement, made_part, value_of, welded_part
+from cadskin.conform.requirements import Requirement, made_part, moved_part, value_of
 from cadskin.conform.screening import Search, search_of, search_on
 from cadskin.conform.streams import BlockFields, BlockSamplers
 from cadskin.errors import ConformityError
+from cadskin.skin.weld import weld
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from cadskin._typing import Floats
+    from cadskin._typing import Floats, Vectors
     from cadskin.conform.blocks import Blocks
     from cadskin.conform.clusters import Cluster
     from cadskin.conform.routes import BlockRoute, BlockRoutes
@@ -154,6 +155,7 @@ class Chain:
         self.tally = Tally()
         self._rng = self.fields.generator(0)
         self._part: MadePart | None = None
+        self._displacement: Vectors | None = None
         self._welded = False
         self._targets: dict[int, float] = {}
 
@@ -164,14 +166,23 @@ class Chain:
     def put(self, block: int, values: Floats | float) -> None:
         """Set the deviations of a block (k,) [mm]."""
         self.deviation[self.setup.blocks.rows[block]] = values
-        self._part = None
+        self._part = self._displacement = None
 
     def part(self) -> MadePart:
         """Return the made part of the current deviations; without slides unless it is being confirmed."""
         if self._part is None:
-            make = welded_part if self._welded else made_part
-            self._part = make(self.setup.nominal, self.deviation, like=self.setup.pattern)
+            nominal, like = self.setup.nominal, self.setup.pattern
+            if self._welded:
+                self._part = moved_part(nominal, self.displacement(), like=like)
+            else:
+                self._part = made_part(nominal, self.deviation, like=like)
         return self._part
+
+    def displacement(self) -> Vectors:
+        """Return how the vertices of the welded mesh move (n, 3) [mm]."""
+        if self._displacement is None:
+            self._displacement = weld(self.setup.nominal, self.deviation)
+        return self._displacement
 
     @contextmanager
     def welded(self) -> Iterator[None]:

@@ -38,10 +38,12 @@ class FlatPlaces:
     places : (n, 2) float
         Centred, of unit size.
     reference : (4,) int
+    extent : float
+        Length that is the unit of the places [mm].
     """
 
-    def __init__(self, places: Floats, reference: Ints) -> None:
-        self.places, self.reference = places, reference
+    def __init__(self, places: Floats, reference: Ints, extent: float = 1.0) -> None:
+        self.places, self.reference, self.extent = places, reference, extent
         self.columns = np.ascontiguousarray(places.T)
         self.subset = spread_subset(places, _FEW, keep=reference) if len(places) > _MANY else None
         if self.subset is not None:
@@ -86,11 +88,12 @@ def flat_places(points: Points, normal: Floats) -> FlatPlaces:
     first /= np.linalg.norm(first)
     flat = points @ np.stack([first, np.cross(normal, first)], axis=1)
     flat = flat - flat.mean(axis=0)
-    flat /= max(float(np.abs(flat).max()), 1e-300)
+    extent = max(float(np.abs(flat).max()), 1e-300)
+    flat /= extent
     reference = first_reference(flat)
     if reference[0] < 0:
         raise AssociationError("the points of a plane lie on one line; mesh it finer")
-    return FlatPlaces(np.ascontiguousarray(flat), reference)
+    return FlatPlaces(np.ascontiguousarray(flat), reference, extent)
 
 
 def flatness_bounds(points: Points, normal: Floats, heights: Floats) -> tuple[float, float]:

@@ -21,7 +21,7 @@ from cadskin.verify.tolerances import evaluate
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from cadskin._typing import Floats
+    from cadskin._typing import Floats, Vectors
     from cadskin.conform.blocks import Blocks
     from cadskin.conform.policy import Conformity
     from cadskin.shape import Feature, NominalModel
@@ -32,6 +32,7 @@ __all__ = [
     "Unsupported",
     "bound_with_general",
     "made_part",
+    "moved_part",
     "nominal_part",
     "requirements_of",
     "value_of",
@@ -105,10 +106,13 @@ def made_part(nominal: NominalModel, deviation: Floats, *, like: MadePart | None
 
 def welded_part(nominal: NominalModel, deviation: Floats, *, like: MadePart | None = None) -> MadePart:
     """Return the part of a deviation field (n_c,) as `cadskin.weld` makes it; ``like`` as in `made_part`."""
-    moved = nominal.surface.points + weld(nominal, deviation)
-    return replace(
-        nominal_part(nominal) if like is None else like, surface=nominal.surface.with_points(moved)
-    )
+    return moved_part(nominal, weld(nominal, deviation), like=like)
+
+
+def moved_part(nominal: NominalModel, displacement: Vectors, *, like: MadePart | None = None) -> MadePart:
+    """Return the part whose vertices moved by a displacement (n, 3) [mm]; ``like`` as in `made_part`."""
+    surface = nominal.surface.with_points(nominal.surface.points + displacement)
+    return replace(nominal_part(nominal) if like is None else like, surface=surface)
 
 
 def value_of(requirement: Requirement, part: MadePart, spec: Specification) -> float:

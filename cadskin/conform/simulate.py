@@ -12,6 +12,7 @@ from cadskin._random import seed_sequence
 from cadskin.conform.blocks import gaussian_mean, independent_blocks
 from cadskin.conform.chain import Chain, Setup, Tally
 from cadskin.conform.clusters import clusters_of
+from cadskin.conform.confirmation import is_flat_enough
 from cadskin.conform.policy import policies_of
 from cadskin.conform.rejection import draw_cluster
 from cadskin.conform.requirements import bound_with_general, nominal_part, requirements_of
@@ -29,7 +30,7 @@ from cadskin.skin.simulate import child_seed
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from cadskin._typing import Floats, Progress, RNGLike
+    from cadskin._typing import Floats, Progress, RNGLike, Vectors
     from cadskin.conform.clusters import Cluster
     from cadskin.conform.policy import Policies
     from cadskin.conform.requirements import Requirement, Unsupported
@@ -51,12 +52,15 @@ class Made:
     ----------
     deviation : (n_c,) float
         [mm].
+    displacement : (n, 3) float
+        Of the vertices of the welded mesh [mm].
     values : dict of str to float
-        Value of every tolerance on the welded mesh [mm].
+        Value of every tolerance on the welded mesh [mm]; of some, where they were not asked for.
     tally : Tally
     """
 
     deviation: Floats
+    displacement: Vectors
     values: dict[str, float]
     tally: Tally
 
@@ -84,20 +88,20 @@ class ConformingSampler:
     setup: Setup
     policies: dict[str, Any]
 
-    def draw_all(self, seeds: Sequence[np.random.SeedSequence]) -> Iterator[Made]:
+    def draw_all(self, seeds: Sequence[np.random.SeedSequence], *, values: bool = True) -> Iterator[Made]:
         """Yield the part of every seed, as `draw` does; the first fields of several are drawn together."""
         route = self.setup.only_route()
         if route is not None:
-            yield from self._searched_together(seeds, route)
+            yield from self._searched_together(seeds, route, values=values)
             return
         for start in range(0, len(seeds), FIRST_SAMPLES):
             group = seeds[start : start + FIRST_SAMPLES]
             firsts = first_fields(self.setup.samplers, group)
             for seed, first in zip(group, firsts, strict=True):
-                yield self.draw(seed, first=first)
+                yield self.draw(seed, first=first, values=values)
 
     def _searched_together(
-        self, seeds: Sequence[np.random.SeedSequence], route: BlockRoute
+        self, seeds: Sequence[np.random.SeedSequence], route: BlockRoute, *, values: bool
     ) -> Iterator[Made]:
         """Yield the parts of one block; their first candidates are screened together."""
         for start in range(0, len(seeds), SEARCHED_SAMPLES):
@@ -105,7 +109,7 @@ class ConformingSampler:
             searches = [search_of(route.block, stream_of(seed, 0)) for seed in group]
             search_on(searches, route.block, route.first_tries)
             for seed, search in zip(group, searches, strict=True):
-                yield self.draw(seed, search=search)
+                yield self.draw(seed, search=search, values=values)
 
     def draw(
         self,
@@ -113,6 +117,7 @@ class ConformingSampler:
         *,
         first: Floats | None = None,
         search: Search | None = None,
+        values: bool = True,
     ) -> Made:
         """Return the part of a seed.
 
@@ -123,6 +128,8 @@ class ConformingSampler:
             Of `first_fields`; it changes nothing but the speed.
         search : Search, optional
             Begun already, with those of other samples; it changes nothing but the speed.
+        values : bool
+            False leaves the values out that nothing depends on; it changes nothing else.
 
         Raises
         ------
@@ -134,22 +141,21 @@ class ConformingSampler:
             return made
         chain = Chain(self.setup, seed, first, search)
         pending: tuple[Cluster, ...] = self.setup.clusters
-        values: dict[str, float] = {}
         for _ in range(_ROUNDS):
             for cluster in pending:
                 draw_cluster(chain, cluster)
-            failed, values = self._confirmed(chain)
+            failed, found = self._confirmed(chain, values=values)
             pending = tuple(
                 cluster
                 for cluster in self.setup.clusters
                 if any(item.blocks <= set(cluster.blocks) for item in failed)
             )
             if not pending:
-                return Made(chain.deviation, values, chain.tally)
-        worst = max(failed, key=lambda item: values[item.tolerance.id] / item.limit)
+                return Made(chain.deviation, chain.displacement(), found, chain.tally)
+        worst = max(failed, key=lambda item: found[item.tolerance.id] / item.limit)
         raise ConformityError(
             f"{worst.label}: {_ROUNDS} samples met it to first order, but not on the welded mesh "
-            f"({values[worst.tolerance.id]:.6g} mm); take a smaller sigma or a finer mesh"
+            f"({found[worst.tolerance.id]:.6g} mm); take a smaller sigma or a finer mesh"
         )
 
     def _at_first(self, seed: np.random.SeedSequence, first: Floats | None) -> Made | None:
@@ -177,22 +183,26 @@ class ConformingSampler:
                         return None
         chain.tally.attempts = chain.tally.accepted = self.setup.tests_per_attempt()
         chain.tally.samplers.add("rejection")
-        return Made(chain.deviation, values, chain.tally)
+        return Made(chain.deviation, chain.displacement(), values, chain.tally)
 
-    def _confirmed(self, chain: Chain) -> tuple[list[Requirement], dict[str, float]]:
-        """Evaluate the welded mesh; return what it does not meet, and all values."""
+    def _confirmed(self, chain: Chain, *, values: bool = True) -> tuple[list[Requirement], dict[str, float]]:
+        """Evaluate the welded mesh; return what it does not meet, and all values that were needed."""
         targets = [item for item in self.requirements if item.policy.method == "target"]
-        failed, values = [], dict[str, float]()
+        failed, found = [], dict[str, float]()
         with chain.welded():  # its slides change a value in the second order
             for _ in range(3 if targets else 0):
                 for item in targets:
                     chain.scaled_to(item, chain.wanted(item))
             for item in self.requirements:
+                bounded = item.policy.method in ("conditioned", "reject", "scale")
+                proven = bounded and is_flat_enough(item, self.nominal, chain.displacement())
+                if not values and (proven or item.policy.method == "none"):
+                    continue
                 value, name = chain.value(item), item.tolerance.id
-                values[name] = max(value, values.get(name, -np.inf))
-                if item.policy.method in ("conditioned", "reject", "scale") and value > item.limit:
+                found[name] = max(value, found.get(name, -np.inf))
+                if bounded and not proven and value > item.limit:
                     failed.append(item)
-        return failed, values
+        return failed, found
 
 
 def prepare_conforming(
@@ -323,11 +333,12 @@ def simulate_conforming(
     deviations = np.zeros((size, nominal.n_samples))
     tallies = []
     report(progress, 0, size)
-    for i, made in enumerate(ready.draw_all([child_seed(seed, i) for i in range(size)])):
+    for i, made in enumerate(ready.draw_all([child_seed(seed, i) for i in range(size)], values=False)):
         deviations[i] = made.deviation
         tallies.append(made.tally)
         if check:
-            check_skin(nominal, made.deviation, label=f"sample {i}" if size > 1 else "the skin model")
+            label = f"sample {i}" if size > 1 else "the skin model"
+            check_skin(nominal, made.deviation, made.displacement, label=label)
         report(progress, i + 1, size)
     deviations.flags.writeable = False
     provenance = provenance_of(nominal, str(model), seed, check=check, **conformity_record(ready, tallies))

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from cadskin._arrays import frozen
+from cadskin._jit import kernel
 from cadskin.shape.discrete import triangle_normals
 
 if TYPE_CHECKING:
@@ -266,10 +267,33 @@ def inverted_triangles(points: Points, reference: Points, triangles: Triangles, 
     -------
     (m,) bool
     """
-    before = triangle_normals(reference, triangles, unit=False)
-    after = triangle_normals(points, triangles, unit=False)
-    turned = np.einsum("ij,ij->i", before, after) <= tol * np.einsum("ij,ij->i", before, before)
-    return np.asarray(turned & ~_degenerate(reference, triangles), dtype=np.bool_)
+    moved, before = (np.ascontiguousarray(p, dtype=np.float64) for p in (points, reference))
+    turned = np.asarray(_turned(moved, before, np.array(triangles, dtype=np.int64), float(tol)))
+    where = np.flatnonzero(turned)
+    if len(where):  # seldom
+        turned[where[_degenerate(reference, triangles[where])]] = False
+    return turned
+
+
+@kernel
+def _turned(points: Any, reference: Any, triangles: Any, tol: float) -> Any:
+    """Return which triangles have no more than ``tol`` of their area along the normal they had."""
+    out = np.zeros(triangles.shape[0], dtype=np.bool_)
+    for t in range(triangles.shape[0]):
+        i, j, k = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+        seen, had = 0.0, 0.0
+        for axis in range(3):
+            u, v = (axis + 1) % 3, (axis + 2) % 3
+            after = (points[j, u] - points[i, u]) * (points[k, v] - points[i, v]) - (
+                points[j, v] - points[i, v]
+            ) * (points[k, u] - points[i, u])
+            before = (reference[j, u] - reference[i, u]) * (reference[k, v] - reference[i, v]) - (
+                reference[j, v] - reference[i, v]
+            ) * (reference[k, u] - reference[i, u])
+            seen += before * after
+            had += before * before
+        out[t] = seen <= tol * had
+    return out
 
 
 def _degenerate(points: Points, triangles: Triangles) -> Bools:

@@ -121,7 +121,21 @@ def triangles_intersect(first: Points, second: Points, *, tol: float = 0.0) -> b
 def _touch(points: Points, triangles: Triangles) -> float:
     if not triangles.size:
         return 0.0
-    return _TOUCH * float(np.linalg.norm(np.ptp(points[triangles.ravel()], axis=0)))
+    places = np.ascontiguousarray(points, dtype=np.float64)
+    return _TOUCH * float(_extent(places, np.array(triangles, dtype=np.int64)))
+
+
+@kernel
+def _extent(points: Any, triangles: Any) -> float:
+    """Return the diagonal of the box about the vertices of triangles."""
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    for t in range(triangles.shape[0]):
+        for corner in range(3):
+            for axis in range(3):
+                value = points[triangles[t, corner], axis]
+                low[axis] = min(low[axis], value)
+                high[axis] = max(high[axis], value)
+    return float(np.sqrt(((high - low) ** 2).sum()))
 
 
 def _pairs(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -11,6 +11,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from cadskin._arrays import frozen
+from cadskin._jit import kernel
 from cadskin.errors import GeometryError
 from cadskin.shape.check import inverted_triangles
 from cadskin.shape.discrete import triangle_normals
@@ -109,9 +110,7 @@ def intersecting_pairs(surface: DiscreteShape, displacement: Vectors) -> Ints:
     are kept for the next sample of the same nominal mesh.
     """
     moved = surface.points + displacement
-    corners = displacement[surface.triangles]
-    reach = float(np.linalg.norm(displacement, axis=1).max(initial=0.0))
-    relative = float(np.sqrt(((corners - np.roll(corners, 1, axis=1)) ** 2).sum(axis=2).max(initial=0.0)))
+    reach, relative = _moves(np.ascontiguousarray(displacement), np.array(surface.triangles, dtype=np.int64))
     if reach == 0.0:
         return np.zeros((0, 2), dtype=np.int64)
     kept = _kept(surface)
@@ -122,6 +121,25 @@ def intersecting_pairs(surface: DiscreteShape, displacement: Vectors) -> Ints:
         pairs = near_pairs(surface.points, surface.triangles, reach=spare[0], relative_reach=spare[1])
         kept = _KEPT[surface] = _Kept(kept.piece, kept.median_edge, *spare, frozen(pairs, dtype=np.int64))
     return kept.pairs[pairs_intersect(moved, surface.triangles, kept.pairs)]
+
+
+@kernel
+def _moves(displacement: Any, triangles: Any) -> Any:
+    """Return the longest move of a vertex, and the longest difference of two along an edge."""
+    reach, relative = 0.0, 0.0
+    for i in range(displacement.shape[0]):
+        square = 0.0
+        for axis in range(3):
+            square += displacement[i, axis] ** 2
+        reach = max(reach, square)
+    for t in range(triangles.shape[0]):
+        for corner in range(3):
+            i, j = triangles[t, corner], triangles[t, (corner + 1) % 3]
+            square = 0.0
+            for axis in range(3):
+                square += (displacement[i, axis] - displacement[j, axis]) ** 2
+            relative = max(relative, square)
+    return np.sqrt(reach), np.sqrt(relative)
 
 
 def passed_walls(surface: DiscreteShape, displacement: Vectors) -> Ints:
@@ -152,7 +170,10 @@ def past_radius(nominal: NominalModel, deviation: Floats) -> Bools:
     The offset of a surface with principal curvature k by delta is turned inside out where ``1 - k delta`` is
     not positive: an outer fillet that loses, or a hole that gains, more than its radius.
     """
-    factor = (1.0 - nominal.samples.curvatures * np.asarray(deviation)[:, None]).min(axis=1)
+    turns = nominal.samples.curvatures * np.asarray(deviation)[:, None]
+    if turns.max(initial=0.0) < 1.0:
+        return np.zeros(nominal.surface.n_triangles, dtype=np.bool_)
+    factor = (1.0 - turns).min(axis=1)
     return np.asarray((factor <= 0.0)[nominal.corner_samples].all(axis=1), dtype=np.bool_)
 
 

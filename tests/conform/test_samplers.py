@@ -1,5 +1,6 @@
 """Every sampler of bands against plain rejection on all points, at several acceptance rates."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -13,13 +14,15 @@ from cadskin.conform._chains import coordinate_sweep
 from cadskin.conform._trajectory import heights_of, trajectory
 from cadskin.conform.bands import Band, fixed_band, flat_band, level_band
 from cadskin.conform.chains import chain_route, run_chain
+from cadskin.conform.confirmation import is_flat_enough
 from cadskin.conform.flat import flat_places
 from cadskin.conform.reduced import reduced_block
+from cadskin.conform.requirements import value_of, welded_part
 from cadskin.conform.screening import acceptance_of, search_of, search_on
 from cadskin.deviation import GaussianField, Paraboloid
 from cadskin.deviation._philox import stream_of
 from cadskin.errors import ConformityError, DeviationError, SpecificationError
-from cadskin.skin import simulate_ensemble
+from cadskin.skin import simulate_ensemble, weld
 from cadskin.spec import Specification, flatness
 
 TOP = 1
@@ -225,6 +228,33 @@ def test_far_beyond_rejection_by_the_front_door():
     assert chain["rhat"] < 1.1
     again = simulate_ensemble(part(), GaussianField(0.01, 12.0), size=2, spec=spec, rng=4)
     assert (again.deviations == lot.deviations[:2]).all()
+
+
+def test_the_proof_of_a_flatness_agrees_with_the_evaluator():
+    """Where the bound holds the evaluated value is below it, slides of the weld included."""
+    spec = Specification(flatness(TOP, 0.04))
+    ready = prepare_conforming(part(), GaussianField(0.01, 12.0), spec)
+    item, nominal = ready.requirements[0], part()
+    proven = 0
+    for i, field in enumerate(GaussianField(0.01, 12.0).sample(nominal, size=40, rng=9)):
+        displacement = weld(nominal, field)
+        value = value_of(item, welded_part(nominal, field), ready.spec)
+        for share in (1 - 1e-5, 1 + 1e-3, 1.5):
+            asked = replace(item, limit=share * value)
+            enough = is_flat_enough(asked, nominal, displacement)
+            proven += enough
+            assert not (enough and share < 1), i
+    assert proven > 60  # 40 at 1.5, most at 1.001
+
+
+def test_values_do_not_change_the_parts():
+    spec = Specification(flatness(TOP, 0.03), flatness(0, 0.03))
+    ready = prepare_conforming(part(), GaussianField(0.01, 12.0), spec)
+    seeds = [np.random.SeedSequence((11, i)) for i in range(5)]
+    with_values, without = list(ready.draw_all(seeds)), list(ready.draw_all(seeds, values=False))
+    for one, other in zip(with_values, without, strict=True):
+        assert (one.deviation == other.deviation).all()
+        assert max(one.values.values()) <= 0.03
 
 
 def test_plain_rejection_gives_up_and_says_why():

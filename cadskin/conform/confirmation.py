@@ -1,0 +1,40 @@
+"""A flatness on the welded mesh, bounded from above without evaluating it.
+
+The weld moves the points of a plane along it as well (where an edge is pulled by the other face). A plane
+``a + b x + c y`` within half a width of all heights is, after slides of at most s, within that and
+``s |(b, c)|``: mostly far more than enough, and exact where nothing slides.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from cadskin._typing import Vectors
+    from cadskin.conform.requirements import Requirement
+    from cadskin.shape import NominalModel
+
+__all__ = ["is_flat_enough"]
+
+_ROUNDING = 1e-9  # relative distance from the limit that the evaluator's own rounding may take
+
+
+def is_flat_enough(item: Requirement, nominal: NominalModel, displacement: Vectors) -> bool:
+    """Tell whether a displacement (n, 3) [mm] of the mesh is known to meet a requirement of flatness.
+
+    False where it is not known; the evaluator decides then.
+    """
+    if item.flat is None or item.feature is None:
+        return False
+    moves = displacement[nominal.samples.vertex_ids[item.feature.rows]]
+    normal = np.asarray(item.feature.faces[0].normal)
+    heights = moves @ normal
+    along = moves - heights[:, None] * normal
+    _, upper, plane = item.flat.band(heights, item.limit * (1.0 - _ROUNDING))
+    if upper > item.limit * (1.0 - _ROUNDING):
+        return False
+    slide = float(np.sqrt((along**2).sum(axis=1).max(initial=0.0)))
+    slope = float(np.hypot(plane[1], plane[2])) / item.flat.extent
+    return upper + 2.0 * slide * slope <= item.limit * (1.0 - _ROUNDING)
