@@ -16,7 +16,7 @@ def command(
         Path,
         typer.Argument(
             metavar="MESH",
-            help="Made part with face labels (.npz or .ply), a run folder, or measured parts (.qif).",
+            help="Made part or scan (.npz, .ply, .stl, .csv, .xyz), a run folder, or measured parts (.qif).",
             show_default=False,
         ),
     ],
@@ -42,6 +42,15 @@ def command(
         Path | None,
         typer.Option("--qif", metavar="FILE", help="Also write QIF 3.0 results there.", show_default=False),
     ] = None,
+    align: Annotated[
+        str | None,
+        typer.Option(
+            "--align",
+            metavar="HOW",
+            help="Bring a scan to the part first: robust, least_squares, minimum_zone or search.",
+            show_default=False,
+        ),
+    ] = None,
     json: Json = False,
     part: Part = None,
     time_limit: TimeLimit = 300.0,
@@ -54,10 +63,11 @@ def command(
     reason, and the part then does not count as conforming.
     """
     from cadskin.cli._reading import has_tolerances, nominal_and_spec
+    from cadskin.cli._scans import aligned
     from cadskin.errors import SpecificationError
     from cadskin.verify import Standard, Verification, verify
-    from cadskin.verify.meshes import read_labelled_mesh
     from cadskin.verify.qif import write_qif
+    from cadskin.verify.scans import labelled_scan, read_scan
 
     if standard not in ("ISO 5459:2011", "ASME Y14.5.1-2019"):
         raise SpecificationError(
@@ -74,10 +84,13 @@ def command(
         return verify_qif(mesh, json=json)
     if of is None:
         raise SpecificationError(f"{mesh.name} is a mesh: name the CAD file of its nominal part with --of")
-    made = read_labelled_mesh(mesh)
+    scan = read_scan(mesh)
     nominal, given = nominal_and_spec(of, spec, part=part, time_limit=time_limit)
     if not has_tolerances(given):
         raise SpecificationError(f"{spec or of} holds no tolerances; give a spec file with --spec")
+    if align is not None:
+        scan = aligned(scan, nominal, align)
+    made = labelled_scan(scan, nominal)
     with progress_bar("verifying") as progress:
         found = verify(
             made,

@@ -10,6 +10,7 @@ import numpy as np
 from cadskin.errors import SpecificationError
 from cadskin.shape.association import frame_about
 from cadskin.shape.discrete import triangle_normals
+from cadskin.verify.nearest import closest_on_triangles
 from cadskin.verify.part_patches import WORLD, nominal_patch
 
 if TYPE_CHECKING:
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Contact", "target_contact"]
 
-_CANDIDATES = 24
 _LINE, _GRID, _RING = 9, 5, 24  # contact points of a line, of a side of an area, of a circle
 
 
@@ -56,7 +56,7 @@ def target_contact(part: MadePart, letter: str, target: DatumTarget) -> Contact:
     )
     if not part.same_vertices:
         triangles = part.triangles(feature.face_indices)
-        index, weights = _closest(nominal, part.surface.points, triangles)
+        index, weights = closest_on_triangles(nominal, part.surface.points, triangles)
         return Contact(feature, nominal, _between(part.surface.points, triangles[index], weights))
     lift = nominal - _between(part.nominal.surface.points, corners, weights)
     return Contact(feature, nominal, _between(part.surface.points, corners, weights) + lift)
@@ -75,14 +75,14 @@ def _on_nominal(part: MadePart, letter: str, target: DatumTarget) -> tuple[Featu
         places = part.nominal_points(feature.face_indices)
     else:
         origin = np.array([target.origin])
-        index, weights = _closest(origin, nominal.points, triangles)
+        index, weights = closest_on_triangles(origin, nominal.points, triangles)
         centre = _between(nominal.points, triangles[index], weights)[0]
         feature = part.geometry.feature_of(int(nominal.face_ids[chosen][index[0]]))
         if target.kind == "circular_curve":
             feature, centre = _round_feature(part, target, faces, feature), origin[0]
         places = centre + _shape(target, feature, centre)
     own = part.geometry.triangles(feature.face_indices)
-    index, weights = _closest(places, nominal.points, own)
+    index, weights = closest_on_triangles(places, nominal.points, own)
     found = _between(nominal.points, own[index], weights)
     apart = np.linalg.norm(found - places, axis=1)
     if target.kind == "rectangle" or target.kind == "circle":
@@ -141,51 +141,3 @@ def _shape(target: DatumTarget, feature: Feature, centre: Points) -> Points:
 
 def _between(points: Points, corners: Ints, weights: Floats) -> Points:
     return np.asarray(np.einsum("nk,nkj->nj", weights, points[corners]))
-
-
-def _closest(places: Points, points: Points, triangles: Ints) -> tuple[Ints, Floats]:
-    """Return the nearest triangle (n,) of each place, and the barycentric weights (n, 3) of its foot."""
-    from scipy.spatial import cKDTree
-
-    corners = points[triangles]
-    _, near = cKDTree(corners.mean(axis=1)).query(places, k=min(_CANDIDATES, len(triangles)))
-    near = near.reshape(len(places), -1)
-    best = np.full(len(places), np.inf)
-    index, weights = near[:, 0].copy(), np.zeros((len(places), 3))
-    for column in near.T:
-        candidate = _foot_weights(places, corners[column])
-        foot = np.einsum("nk,nkj->nj", candidate, corners[column])
-        apart = ((foot - places) ** 2).sum(axis=1)
-        better = apart < best
-        best[better], index[better], weights[better] = apart[better], column[better], candidate[better]
-    return index, weights
-
-
-def _foot_weights(places: Points, corners: Floats) -> Floats:
-    """Return the barycentric weights (n, 3) of the points of triangles (n, 3, 3) nearest to places."""
-    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
-    normal = np.cross(b - a, c - a)
-    twice = np.maximum((normal**2).sum(axis=1), 1e-300)
-    inner: Floats = np.stack(
-        [
-            np.einsum("ni,ni->n", np.cross(c - b, places - b), normal) / twice,
-            np.einsum("ni,ni->n", np.cross(a - c, places - c), normal) / twice,
-            np.einsum("ni,ni->n", np.cross(b - a, places - a), normal) / twice,
-        ],
-        axis=1,
-    )
-    options = [np.where(np.all(inner >= 0, axis=1)[:, None], inner, np.nan)]
-    for i, j in ((0, 1), (1, 2), (2, 0)):
-        side = corners[:, j] - corners[:, i]
-        share = np.einsum("ni,ni->n", places - corners[:, i], side) / np.maximum(
-            (side**2).sum(axis=1), 1e-300
-        )
-        edge = np.zeros((len(places), 3))
-        edge[:, j] = np.clip(share, 0.0, 1.0)
-        edge[:, i] = 1.0 - edge[:, j]
-        options.append(edge)
-    stacked = np.stack(options)
-    feet = np.einsum("onk,nkj->onj", stacked, corners)
-    apart = ((feet - places) ** 2).sum(axis=2)
-    best = np.argmin(np.where(np.isnan(apart), np.inf, apart), axis=0)
-    return np.asarray(stacked[best, np.arange(len(places))])

@@ -17,6 +17,7 @@ import numpy as np
 from cadskin.errors import AssociationError, SelectionError
 from cadskin.shape.association import Pose, frame_about
 from cadskin.shape.association._kernels import PLANE
+from cadskin.verify.median import split_sections
 from cadskin.verify.part_geometry import Memory, PartGeometry, edges_of
 from cadskin.verify.part_patches import WORLD, nominal_patch
 
@@ -126,6 +127,10 @@ def axial_sections(part: MadePart, faces: Sequence[int], pose: Pose, count: int)
     for feature in features:  # pieces of an interrupted feature share the sections
         edges = part.edges(feature.face_indices)
         used = heights[np.unique(edges)]
+        if (edges[:, 0] == edges[:, 1]).all():  # a cloud: the sections it was measured in
+            cloud = part.surface.points[np.unique(edges)]
+            sections += [ring for ring in split_sections(cloud, pose.axis) if len(ring) >= 3]
+            continue
         low, high = float(used.min()), float(used.max())
         levels = low + (high - low) * np.linspace(0.05, 0.95, -(-count // len(features)))
         for level in levels:

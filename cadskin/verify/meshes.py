@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cadskin.errors import CadskinWarning, ReadError
+from cadskin.errors import ReadError
 from cadskin.shape import DiscreteShape
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["read_labelled_mesh"]
+__all__ = ["read_labelled_mesh", "read_mesh_arrays"]
 
 _TYPES = {
     "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4",
@@ -42,42 +41,35 @@ def read_labelled_mesh(path: str | Path) -> DiscreteShape:
     CadskinWarning
         Single precision: an exact plane of 250 mm is then about 7e-6 mm unflat.
     """
-    source = Path(path)
-    try:
-        if source.suffix.lower() == ".npz":
-            points, triangles, labels = _npz(source)
-        elif source.suffix.lower() == ".ply":
-            points, triangles, labels = _ply(source)
-        else:
-            raise ReadError(
-                f"{source}: only .npz and .ply carry the face of each triangle; write one of them"
-            )
-    except OSError as error:
-        raise ReadError(f"{source}: cannot be read ({error.strerror or error})") from error
-    except (KeyError, ValueError, IndexError) as error:
-        if isinstance(error, ReadError):
-            raise
-        raise ReadError(f"{source}: damaged or not a labelled mesh ({error})") from error
-    if points.dtype == np.float32:
-        size = float(np.abs(points).max(initial=0.0))
-        warnings.warn(
-            f"{source.name} is in single precision: values below {size * 6e-8:.1g} mm are rounding; "
-            "write it with double precision (--double, or NPZ)",
-            CadskinWarning,
-            stacklevel=2,
+    from cadskin.verify.scans import read_scan
+
+    scan = read_scan(path)
+    if scan.triangles is None or scan.face_ids is None:
+        raise ReadError(
+            f"{path}: its triangles have no property face_id; write it as .npz or .ply with cadskin, or take "
+            "its faces from the nominal part (labelled_scan)"
         )
-    return DiscreteShape(points.astype(np.float64), triangles.astype(np.int64), labels.astype(np.int64))
+    return DiscreteShape(scan.points, scan.triangles, scan.face_ids)
 
 
-def _npz(path: Path) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
+def read_mesh_arrays(path: Path) -> tuple[NDArray[Any], NDArray[Any] | None, NDArray[Any] | None]:
+    """Return points, triangles and face labels of an NPZ or PLY file; None for what it does not have."""
+    if path.suffix.lower() == ".npz":
+        return _npz(path)
+    if path.suffix.lower() == ".ply":
+        return _ply(path)
+    raise ReadError(f"{path}: no kind of mesh or point cloud; .npz, .ply, .stl, .csv, .txt and .xyz are read")
+
+
+def _npz(path: Path) -> tuple[NDArray[Any], NDArray[Any] | None, NDArray[Any] | None]:
     with np.load(path, allow_pickle=False) as arrays:
-        missing = [key for key in ("points", "triangles", "face_ids") if key not in arrays]
-        if missing:
-            raise ReadError(f"{path}: no array {', '.join(missing)}; a mesh written by cadskin has them")
-        return arrays["points"], arrays["triangles"], arrays["face_ids"]
+        if "points" not in arrays:
+            raise ReadError(f"{path}: no array points; a mesh written by cadskin has it")
+        found = [arrays[key].astype(np.int64) if key in arrays else None for key in ("triangles", "face_ids")]
+        return arrays["points"], found[0], found[1]
 
 
-def _ply(path: Path) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
+def _ply(path: Path) -> tuple[NDArray[Any], NDArray[Any] | None, NDArray[Any] | None]:
     data = path.read_bytes()
     end = data.find(b"end_header")
     if not data.startswith(b"ply") or end < 0:
@@ -94,6 +86,8 @@ def _ply(path: Path) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
             elements[name] = (int(line[2]), [])
         elif line[:1] == ["property"]:
             elements[name][1].append(line[1:])
+    if list(elements) == ["vertex"]:
+        elements["face"] = (0, [["list", "uchar", "int", "vertex_indices"]])
     if list(elements)[:2] != ["vertex", "face"]:
         raise ReadError(f"{path}: vertices and then faces are expected")
     if layout == "ascii":
@@ -113,23 +107,28 @@ def _ply(path: Path) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
     faces = np.frombuffer(data, np.dtype(fields), n_faces, start + n_vertices * vertex.itemsize)
     if (faces["count"] != 3).any():
         raise ReadError(f"{path}: a face that is no triangle")
-    if "face_id" not in (faces.dtype.names or ()):
-        raise ReadError(f"{path}: the faces have no property face_id; write the mesh with cadskin")
-    return np.stack([vertices[axis] for axis in "xyz"], axis=1), faces["corners"], faces["face_id"]
+    points = np.stack([vertices[axis] for axis in "xyz"], axis=1)
+    if not n_faces:
+        return points, None, None
+    labels = faces["face_id"].astype(np.int64) if "face_id" in (faces.dtype.names or ()) else None
+    return points, faces["corners"].astype(np.int64), labels
 
 
 def _ascii_ply(
     path: Path, body: bytes, elements: dict[str, tuple[int, list[list[str]]]]
-) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
+) -> tuple[NDArray[Any], NDArray[Any] | None, NDArray[Any] | None]:
     n_vertices, vertex_properties = elements["vertex"]
     n_faces, face_properties = elements["face"]
     lines = body.decode("ascii").splitlines()
     columns = [[prop[-1] for prop in vertex_properties].index(axis) for axis in "xyz"]
     vertices = np.array([[float(word) for word in line.split()] for line in lines[:n_vertices]])
     names = [prop[-1] for prop in face_properties if prop[0] != "list"]
-    if "face_id" not in names or face_properties[0][0] != "list":
-        raise ReadError(f"{path}: the faces have no property face_id; write the mesh with cadskin")
+    if not n_faces:
+        return vertices[:, columns], None, None
+    if face_properties[0][0] != "list":
+        raise ReadError(f"{path}: the corners of a face are expected first")
     faces = np.array([[int(float(word)) for word in line.split()] for line in lines[n_vertices:][:n_faces]])
     if (faces[:, 0] != 3).any():
         raise ReadError(f"{path}: a face that is no triangle")
-    return vertices[:, columns], faces[:, 1:4], faces[:, 4 + names.index("face_id")]
+    labels = faces[:, 4 + names.index("face_id")] if "face_id" in names else None
+    return vertices[:, columns], faces[:, 1:4], labels

@@ -89,8 +89,11 @@ def placement(part: MadePart, tolerance: Tolerance, spec: Specification, standar
     if not fixed:
         return Placement.everywhere()
     if any(_is_group(part, reference, spec) for reference in fixed):
-        nominal, actual = establish_groups(
-            [_group(part, reference, spec) for reference in fixed], standard=standard
+        groups = [_group(part, reference, spec) for reference in fixed]
+        nominal, actual = part.memory.recall(
+            ("groups", tuple(reference.text() for reference in fixed), standard),
+            [surface.made for group in groups for surface in group.surfaces],
+            lambda: establish_groups(groups, standard=standard),
         )
         return Placement(actual, nominal, _aligned(actual, nominal), nominal.pose, actual.free)
     made = [_datum_feature(part, reference, spec, actual=True) for reference in fixed]

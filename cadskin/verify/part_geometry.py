@@ -48,7 +48,7 @@ class Memory:
         """
         known = self.results.setdefault(key, deque(maxlen=_KEPT))
         for seen, result in known:
-            if all(_same(one, other) for one, other in zip(seen, arrays, strict=True)):
+            if len(seen) == len(arrays) and all(map(_same, seen, arrays)):
                 return result  # type: ignore[no-any-return]
         found = compute()
         known.append((tuple(arrays), found))

@@ -82,6 +82,10 @@ def with_material(
             *notes,
             f"{', '.join(unsized)}: no size with limits, so the value too must be within the tolerance",
         )
+    most = tolerance.zone.maximum
+    if most is not None:
+        kept = kept and found.value <= most
+        notes = (*notes, f"MAX: the value must not exceed {most:g} mm however large the bonus")
     return replace(
         found,
         verdict=kept,

@@ -39,7 +39,7 @@ def refuse_unknown(tolerance: Tolerance) -> None:
     found = [f"modifier {word}" for word in tolerance.modifiers if word not in known]
     if zone.projected is not None and group not in ("orientation", "location"):
         found.append("a projected zone")
-    if zone.maximum is not None:
+    if zone.maximum is not None and tolerance.material == "RFS":
         found.append("a largest zone (MAX)")
     if zone.angle is not None:
         found.append("a zone in a stated direction")

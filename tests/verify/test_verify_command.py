@@ -12,7 +12,9 @@ import pytest
 from cadskin.cad.measured import read_qif
 from cadskin.errors import CadskinWarning, ReadError
 from cadskin.export import write
+from cadskin.shape.association import rotation
 from cadskin.verify.meshes import read_labelled_mesh
+from cadskin.verify.scans import read_scan
 
 cadquery = pytest.importorskip("cadquery", reason="needs cadquery to make a STEP file")
 
@@ -69,6 +71,24 @@ def test_exit_code_tells_whether_it_conforms(plate, value, code):
     assert read_qif(qif).parts[0].declared == ("FAIL" if code else "PASS")
 
 
+def test_a_scan_is_aligned_and_takes_its_faces_from_the_part(plate):
+    """An STL that lies elsewhere: labels, the warning of single precision, and exit code 1."""
+    folder, step, made = plate
+    turn = rotation(np.array([0.02, 0.01, 0.03]))
+    stl = write(folder / "scan.stl", made.with_points(made.points @ turn.T + [0.5, -0.3, 0.2]))
+    with pytest.warns(CadskinWarning, match="single precision"):
+        read_scan(stl)
+    spec = folder / "scan.toml"
+    spec.write_text(SPEC.format(value=0.04))
+    done = run(stl, "--of", step, "--spec", spec, "--align", "robust", "--json")
+    assert done.returncode == 1, done.stderr
+    assert "single precision" in done.stderr
+    found = json.loads(done.stdout)
+    values = {row["characteristic"]: row["value"] for row in found["evaluations"].values()}
+    assert values["flatness"] == pytest.approx(0.05, abs=1e-3)
+    assert values["parallelism"] == pytest.approx(0.05, abs=1e-3)
+
+
 def test_labelled_meshes_round_trip(plate, tmp_path):
     _, _, made = plate
     again = read_labelled_mesh(write(tmp_path / "made.npz", made))
@@ -100,10 +120,10 @@ def test_ascii_ply(tmp_path):
 @pytest.mark.parametrize(
     ("name", "content", "text"),
     [
-        ("a.stl", b"solid", "only .npz and .ply"),
+        ("a.stl", b"solid", "no STL"),
         ("a.ply", b"hello", "no PLY"),
         ("a.npz", b"hello", "a.npz"),
-        ("a.ply", b"ply\nformat ascii 1.0\nelement vertex 0\nelement face 0\nend_header\n", "labelled"),
+        ("a.ply", b"ply\nformat ascii 1.0\nelement vertex 0\nelement face 0\nend_header\n", "damaged"),
     ],
 )
 def test_damaged_meshes_are_refused(tmp_path, name, content, text):
