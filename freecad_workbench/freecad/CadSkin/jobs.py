@@ -149,7 +149,9 @@ def run_on_skin(
         if current is None:
             faces.warn("the skin model is gone; its result was dropped")
         elif store is not None:
-            _in_transaction(current, transaction, lambda: store(current, job, values))
+            failure = _in_transaction(current, transaction, lambda: store(current, job, values))
+            if failure:
+                job.state, job.error, job.text = "failed", "DocumentError", failure
         if job.keep_folder:
             remove_folder(job.folder)
         for warning in values.get("warnings", []):
@@ -237,10 +239,17 @@ def _later(function: Callable[[], None]) -> None:
     QtCore.QTimer.singleShot(_AGAIN, function)
 
 
-def _in_transaction(obj: Any, text: str, work: Callable[[], None]) -> None:
-    """Do something to a document in a transaction of its own; nothing of it stays where it fails."""
+def _in_transaction(obj: Any, text: str, work: Callable[[], None]) -> str:
+    """Do something to a document in a transaction of its own; nothing of it stays where it fails.
+
+    Returns
+    -------
+    str
+        What went wrong; empty where nothing did.
+    """
     document, touched = obj.Document, "Touched" in obj.State
     within = document.HasPendingTransaction  # of a macro that waits for the result: it belongs there
+    failure = ""
     if not within:
         document.openTransaction(text)
     try:
@@ -249,13 +258,15 @@ def _in_transaction(obj: Any, text: str, work: Callable[[], None]) -> None:
     except Exception as error:
         if not within:
             document.abortTransaction()
-        skin.refresh(obj, f"Failed: {error}")
-        FreeCAD.Console.PrintError(f"CadSkin: {error}\n")
+        failure = str(error)
+        skin.refresh(obj, f"Failed: {failure}")
+        FreeCAD.Console.PrintError(f"CadSkin: {failure}\n")
     else:
         if not within:
             document.commitTransaction()
     if not touched:
         obj.purgeTouched()
+    return failure
 
 
 def _changed(key: Key, text: str | None = None) -> None:

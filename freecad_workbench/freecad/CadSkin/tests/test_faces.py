@@ -37,6 +37,27 @@ class Picking(DocumentTest):
             with self.assertRaisesRegex(InputError, "above 0"):
                 api.general_tolerance(part, value)
 
+    def test_what_the_property_editor_lets_through_is_noticed(self):
+        part = self.plate()
+        made = api.add_tolerance(part, self.face(part, z=6), "flatness", 0.1)
+        skin = api.create_skin(part)
+        for name, value, text in (
+            ("Value", 0, "its value is 0"),
+            ("Characteristic", "cylindricity", "no meaning on a Plane"),
+            ("Datums", "A", "has no datum"),
+            ("ZoneShare", -1.0, "must not be negative"),
+            ("Extra", "[]", "no JSON table"),
+        ):
+            before = getattr(made, name)
+            setattr(made, name, value)
+            self.document.recompute()
+            self.assertIn(text, made.Status)
+            with self.assertRaisesRegex(InputError, f"Flatness: .*{text}"):
+                api.compute(skin)
+            setattr(made, name, before)
+        self.document.recompute()
+        self.assertEqual((made.Status, skin.Status), ("OK", "Not computed"))
+
     def test_a_characteristic_must_suit_the_surface(self):
         part = self.plate()
         bore = self.face(part, kind="Cylinder")

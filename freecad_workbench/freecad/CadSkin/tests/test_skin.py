@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from unittest import mock
 
 import FreeCAD
 import numpy as np
@@ -228,6 +229,44 @@ class Documents(SkinTest):
         job.wait(LIMIT)
         self.assertEqual(job.state, "cancelled")
         self.assertFalse(job.folder.exists())
+
+    def test_a_skin_model_that_is_deleted_during_a_job(self):
+        skin = self.skin()
+        api.compute(skin, wait=False)
+        job = jobs.job_of(skin)
+        self.document.removeObject(skin.Name)
+        job.wait(LIMIT)
+        self.assertEqual(job.state, "cancelled")
+
+    def test_a_document_that_was_saved_during_a_job(self):
+        skin = self.skin()
+        api.compute(skin, wait=False)
+        self.assertIn("Computing", skin.Status)
+        name = skin.Name
+        skin = self.reopened().getObject(name)
+        self.assertEqual(skin.Status, "Not computed")
+
+    def test_a_full_disk_when_the_result_arrives(self):
+        skin = self.computed()
+        before = api.result(skin).displacement
+        skin.Seed = 8
+        full = mock.patch(
+            "freecad.CadSkin.skin.write_ply", side_effect=OSError(28, "No space left on device")
+        )
+        with full, self.assertRaisesRegex(JobError, "No space left"):
+            api.compute(skin)
+        self.assertIn("No space left", skin.Status)
+        self.assertFalse(self.document.HasPendingTransaction)
+        self.assertTrue(np.array_equal(before, api.result(skin).displacement))
+        self.assertGreater(skin.Mesh.CountPoints, 100)
+
+    def test_job_folders_with_any_name(self):
+        place = self.folder / "Aufträge für Ø"
+        place.mkdir()
+        with mock.patch("tempfile.tempdir", str(place)):
+            skin = self.computed()
+        self.assertEqual(skin.Status, "Up to date")
+        self.assertEqual(list(place.iterdir()), [])  # and nothing is left behind
 
     def test_two_jobs_at_once(self):
         first, second = self.skin(), self.skin(seed=9)
