@@ -25,7 +25,7 @@ from cadskin.verify.case_location import (
 from cadskin.verify.case_profile import profile_case
 from cadskin.verify.cases import Case
 from cadskin.verify.evaluation import Evaluation
-from cadskin.verify.filters import filter_roundness
+from cadskin.verify.filters import FilterKind, filter_roundness, filter_straightness
 from cadskin.verify.form import FORMS, FormCharacteristic, Parameter, form
 from cadskin.verify.orientation import OrientationCharacteristic, orientation
 from cadskin.verify.quantities import Wanted, normalised, read_quantity
@@ -73,7 +73,7 @@ def form_case(case: Case) -> Evaluation:
     if wanted.what in ("radius", "diameter", "angle", "half angle", "two point"):
         return _element_size(points, characteristic, wanted, reference, options)
     if case.get("filter") and "unfiltered" not in wanted.text.lower():
-        points = _filtered(case, points, options["section_normal"])
+        points = _filtered(case, points, characteristic, options)
     parameter = cast("Parameter", wanted.what or "t")
     return form(points, characteristic, reference=reference, parameter=parameter, **options)
 
@@ -141,16 +141,34 @@ def _element_size(
     )
 
 
-def _filtered(case: Case, points: Points, normal: Vectors | None) -> Points:
+def _filtered(case: Case, points: Points, characteristic: str, options: dict[str, Any]) -> Points:
+    """Return the points of a section or of a line after the filter that the case states."""
     given = case.get("filter")
-    kind, cutoff = str(given.get("type", "")).lower(), given.get("cutoff_UPR")
-    if cutoff is None or "gauss" not in kind:
+    words = str(given.get("type", "")).lower()
+    kind: FilterKind | None = next(
+        (name for name in ("robust", "spline", "gaussian") if name[:5] in words),
+        None,
+    )
+    turns, length = given.get("cutoff_UPR"), given.get("cutoff_mm", given.get("cutoff"))
+    cutoff = turns if characteristic == "roundness" else length
+    if (
+        kind is None
+        or not isinstance(cutoff, int | float)
+        or characteristic not in ("roundness", "straightness")
+    ):
         raise SpecificationError(
-            f"case {case.id}: filter {given} is not known; a Gaussian with cutoff_UPR is"
+            f"case {case.id}: filter {given} of {characteristic} is not known; a Gaussian, robust or spline "
+            "filter is, with cutoff_UPR for roundness, with cutoff_mm for straightness"
         )
-    circle = associate(points, "circle", "least squares", section_normal=normal)
-    short = bool(re.search(r"short.wave|high.pass", kind))
-    return filter_roundness(points, circle.pose.origin, circle.pose.axis, float(cutoff), short_wave=short)
+    section = options["section_normal"]
+    if characteristic == "straightness":
+        line = associate(points, "profile line", "least squares", section_normal=section).pose
+        return filter_straightness(points, line.origin, line.axes, float(cutoff), kind=kind)
+    circle = associate(points, "circle", "least squares", section_normal=section)
+    short = bool(re.search(r"short.wave|high.pass", words))
+    return filter_roundness(
+        points, circle.pose.origin, circle.pose.axis, float(cutoff), short_wave=short, kind=kind
+    )
 
 
 def size_case(case: Case) -> Evaluation:

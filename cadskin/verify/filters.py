@@ -9,24 +9,30 @@ References
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
 
 from cadskin.errors import GeometryError
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from cadskin._typing import Floats, Points, Vectors
 
 __all__ = [
+    "FilterKind",
     "closed_gaussian",
+    "closed_robust_gaussian",
     "filter_roundness",
+    "filter_straightness",
     "gaussian_transmission",
     "open_gaussian",
     "robust_gaussian",
     "spline",
 ]
 
+FilterKind: TypeAlias = Literal["gaussian", "robust", "spline"]
 ALPHA = float(np.sqrt(np.log(2.0) / np.pi))  # 50 % transmission at the cut-off
 
 
@@ -125,10 +131,80 @@ def spline(values: Floats, spacing: float, cutoff: float, *, closed: bool = Fals
     return np.asarray(spsolve(csc_matrix(identity(n) + alpha**4 * (q.T @ q)), samples))
 
 
-def filter_roundness(
-    points: Points, centre: Points, normal: Vectors, cutoff: float, *, short_wave: bool = False
+def closed_robust_gaussian(
+    values: Floats, cutoff: float, *, tol: float = 1e-6, max_iterations: int = 50
+) -> Floats:
+    """Filter a closed profile (n,) by robust Gaussian regression; the cut-off is in undulations per turn."""
+    samples = np.asarray(values, dtype=np.float64)
+    weights, last = np.ones(len(samples)), np.inf
+    line = closed_gaussian(samples, cutoff)
+    for _ in range(max_iterations):
+        residual = samples - line
+        cut = 4.4478 * float(np.median(np.abs(residual)))
+        if cut <= 0.0 or abs(last - cut) <= tol * cut:
+            break
+        weights = np.where(np.abs(residual) < cut, (1 - (residual / cut) ** 2) ** 2, 0.0)
+        under = np.maximum(closed_gaussian(weights, cutoff), 1e-12)
+        line, last = np.asarray(closed_gaussian(weights * samples, cutoff) / under), cut
+    return line
+
+
+def _closed(values: Floats, cutoff: float, kind: FilterKind) -> Floats:
+    if kind == "robust":
+        return closed_robust_gaussian(values, cutoff)
+    if kind == "spline":
+        return spline(values, 1.0 / len(values), 1.0 / cutoff, closed=True)
+    return closed_gaussian(values, cutoff)
+
+
+def filter_straightness(
+    points: Points, origin: Points, axes: Vectors, cutoff: float, *, kind: FilterKind = "gaussian"
 ) -> Points:
-    """Return the points of a section with their radial profile filtered (Gaussian, closed).
+    """Return the points of a line with their heights filtered (open profile).
+
+    Parameters
+    ----------
+    points : (n, 3) float
+        At (nearly) equal steps along the line.
+    origin : (3,) float
+        Of the least-squares line.
+    axes : (3, 3) float
+        Columns: normal of the section, direction of the line, direction of the heights.
+    cutoff : float
+        [mm]
+    kind : {"gaussian", "robust", "spline"}
+
+    Raises
+    ------
+    GeometryError
+        Steps too uneven for a profile filter.
+    """
+    across, along, height = ((np.asarray(points) - origin) @ axes).T
+    order = np.argsort(along)
+    step = np.diff(along[order])
+    if len(step) < 2 or step.max() > 3.0 * step.mean():
+        raise GeometryError("the points of the line are too uneven along it for a profile filter")
+    even = np.linspace(along[order[0]], along[order[-1]], len(along))
+    heights = np.interp(even, along[order], height[order])
+    functions: dict[FilterKind, Callable[[Floats, float, float], Floats]] = {
+        "robust": robust_gaussian,
+        "spline": spline,
+        "gaussian": open_gaussian,
+    }
+    smooth = functions[kind](heights, float(even[1] - even[0]), cutoff)
+    return np.asarray(origin + np.column_stack([across[order], even, smooth]) @ axes.T)
+
+
+def filter_roundness(
+    points: Points,
+    centre: Points,
+    normal: Vectors,
+    cutoff: float,
+    *,
+    short_wave: bool = False,
+    kind: FilterKind = "gaussian",
+) -> Points:
+    """Return the points of a section with their radial profile filtered (closed profile).
 
     Parameters
     ----------
@@ -141,6 +217,7 @@ def filter_roundness(
         Undulations per revolution.
     short_wave : bool
         Keep what the filter takes away, on the mean radius.
+    kind : {"gaussian", "robust", "spline"}
 
     Raises
     ------
@@ -161,7 +238,7 @@ def filter_roundness(
         )
     radii = np.linalg.norm(flat[:, :2], axis=1)
     even = _even_profile(angles[order], radii[order])
-    smooth = closed_gaussian(even[1], cutoff)
+    smooth = _closed(even[1], cutoff, kind)
     if short_wave:
         smooth = even[1] - smooth + even[1].mean()
     place = (

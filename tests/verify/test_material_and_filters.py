@@ -175,3 +175,50 @@ def test_bad_cutoffs_are_refused():
     points, triangles = grid(5)
     with pytest.raises(GeometryError, match="values"):
         areal.gaussian_on_surface(points, triangles, np.zeros(3), 1.0)
+
+
+def test_closed_robust_filter_ignores_a_scratch_and_keeps_the_form():
+    """An oval of 10 um with a scratch of 0.5 mm: only the robust filters return the oval."""
+    angle = 2 * np.pi * np.arange(3600) / 3600
+    form = 0.01 * np.cos(2 * angle)
+    values = form + 1e-4 * np.random.default_rng(3).standard_normal(3600)
+    values[700:720] -= 0.5
+    assert abs(filters.closed_gaussian(values, 50.0) - form).max() > 0.1
+    assert abs(filters.closed_robust_gaussian(values, 50.0) - form).max() < 5e-4
+
+
+@pytest.mark.parametrize("kind", ["gaussian", "spline", "robust"])
+@pytest.mark.parametrize("harmonic", [5, 50, 150])
+def test_section_filters_have_their_transmission(kind, harmonic):
+    """Half of the amplitude at the cut-off; the robust filter on a pure wave weights none of it away."""
+    angle = 2 * np.pi * np.arange(7200) / 7200
+    radius = 20 + 0.01 * np.cos(harmonic * angle)
+    points = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), 0 * angle])
+    smooth = filters.filter_roundness(points, np.zeros(3), np.array([0, 0, 1.0]), 50.0, kind=kind)
+    amplitude = 0.5 * np.ptp(np.linalg.norm(smooth, axis=1))
+    ratio = harmonic / 50.0
+    expected = 1 / (1 + ratio**4) if kind == "spline" else 2.0 ** -(ratio**2)
+    # The weights of the robust filter take a little of the crests, as they should.
+    slack = 3e-4 if kind == "robust" else 2e-5
+    assert amplitude == pytest.approx(0.01 * expected, abs=slack)
+
+
+def test_filtered_straightness_of_a_case():
+    """A bow of 40 um under a ripple of 10 um: the filter leaves the bow, unfiltered it is more."""
+    x = np.linspace(0, 100, 2001)
+    height = 0.04 * (1 - ((x - 50) / 50) ** 2)
+    points = np.column_stack([x, np.zeros_like(x), height + 0.005 * np.cos(2 * np.pi * x / 0.8)])
+    from cadskin.verify import evaluate_case
+    from cadskin.verify.cases import Case
+
+    question = {"section_plane_normal": [0, 1.0, 0]}
+    plain = evaluate_case(Case("line", "straightness", question, {"S": points}, "STRt (MZLI)")).value
+    assert 0.048 < plain < 0.05
+    for word in ("Gaussian", "spline", "robust Gaussian"):
+        asked = question | {"filter": {"type": f"{word}, open profile", "cutoff_mm": 8.0}}
+        found = evaluate_case(Case("line", "straightness", asked, {"S": points}, "STRt (MZLI)")).value
+        assert found == pytest.approx(0.04, abs=3e-3), word  # the ends are flattened a little
+    with pytest.raises(SpecificationError, match="cutoff"):
+        evaluate_case(
+            Case("line", "straightness", question | {"filter": {"type": "Gaussian"}}, {"S": points}, None)
+        )
