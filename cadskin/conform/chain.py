@@ -153,7 +153,7 @@ class Chain:
         self.deviation = np.zeros(setup.nominal.n_samples)
         self.fields = BlockFields(setup.samplers, seed, first)
         self.tally = Tally()
-        self._rng = self.fields.generator(0)
+        self._angles: np.random.Generator | None = None
         self._part: MadePart | None = None
         self._displacement: Vectors | None = None
         self._welded = False
@@ -321,14 +321,16 @@ class Chain:
         middle = mean[self.setup.blocks.rows[block]]
         here = self.block(block) - middle
         there = self.fields.fresh(block) - middle
-        angle = 2 * np.pi * self._rng.random()
+        if self._angles is None:
+            self._angles = self.fields.generator(0)
+        angle = 2 * np.pi * self._angles.random()
         low, high = angle - 2 * np.pi, angle
         for _ in range(_SHRINKS):
             self.put(block, middle + np.cos(angle) * here + np.sin(angle) * there)
             if self.meets_all(items):
                 return
             low, high = (angle, high) if angle < 0 else (low, angle)
-            angle = low + (high - low) * self._rng.random()
+            angle = low + (high - low) * self._angles.random()
         self.put(block, middle + here)
 
 

@@ -7,9 +7,11 @@ The weld moves the points of a plane along it as well (where an edge is pulled b
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from cadskin._jit import kernel
 
 if TYPE_CHECKING:
     from cadskin._typing import Vectors
@@ -28,13 +30,27 @@ def is_flat_enough(item: Requirement, nominal: NominalModel, displacement: Vecto
     """
     if item.flat is None or item.feature is None:
         return False
-    moves = displacement[nominal.samples.vertex_ids[item.feature.rows]]
-    normal = np.asarray(item.feature.faces[0].normal)
-    heights = moves @ normal
-    along = moves - heights[:, None] * normal
+    vertices = np.array(nominal.samples.vertex_ids[item.feature.rows], dtype=np.int64)
+    normal = np.array(item.feature.faces[0].normal, dtype=np.float64)
+    heights = np.zeros(len(vertices))
+    slide = float(_heights_and_slide(np.array(displacement), vertices, normal, heights))
     _, upper, plane = item.flat.band(heights, item.limit * (1.0 - _ROUNDING))
     if upper > item.limit * (1.0 - _ROUNDING):
         return False
-    slide = float(np.sqrt((along**2).sum(axis=1).max(initial=0.0)))
     slope = float(np.hypot(plane[1], plane[2])) / item.flat.extent
     return upper + 2.0 * slide * slope <= item.limit * (1.0 - _ROUNDING)
+
+
+@kernel
+def _heights_and_slide(displacement: Any, vertices: Any, normal: Any, heights: Any) -> Any:
+    """Write the moves of vertices along the normal; return their longest move across it."""
+    longest = 0.0
+    for k in range(vertices.size):
+        height, square = 0.0, 0.0
+        for axis in range(3):
+            height += displacement[vertices[k], axis] * normal[axis]
+        for axis in range(3):
+            square += (displacement[vertices[k], axis] - height * normal[axis]) ** 2
+        heights[k] = height
+        longest = max(longest, square)
+    return np.sqrt(longest)
