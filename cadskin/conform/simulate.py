@@ -21,7 +21,7 @@ from cadskin.conform.screening import search_of, search_on
 from cadskin.conform.streams import FIRST_SAMPLES, SEARCHED_SAMPLES, BlockSamplers, first_fields
 from cadskin.deviation import DeviationModel
 from cadskin.deviation._philox import stream_of
-from cadskin.errors import ConformityError, DeviationError
+from cadskin.errors import ConformityError, DeviationError, GeometryError
 from cadskin.skin.faults import check_skin
 from cadskin.skin.model import SkinEnsemble
 from cadskin.skin.provenance import provenance_of
@@ -41,7 +41,9 @@ if TYPE_CHECKING:
 
 __all__ = ["ConformingSampler", "Made", "prepare_conforming", "simulate_conforming"]
 
-_ROUNDS = 20  # of drawing again what the welded mesh does not confirm
+_ROUNDS = 20  # of drawing again what the welded mesh does not confirm, or what is no solid
+_AGAIN = 2**31 - 1  # stream of the parts that replace those that pass through themselves
+_SWEEPS = 40  # over the targets of a part, each scaling its own feature
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,6 +113,41 @@ class ConformingSampler:
             for seed, search in zip(group, searches, strict=True):
                 yield self.draw(seed, search=search, values=values)
 
+    def sound(self, made: Made, seed: np.random.SeedSequence, label: str, *, values: bool = True) -> Made:
+        """Return a part that does not pass through itself: the given one, or one that is drawn in its place.
+
+        Tolerances do not exclude that two faces pass each other where a wall or a step is thinner than
+        their zones; such a part cannot be made, so the law is also conditioned on its being a solid.
+
+        Parameters
+        ----------
+        made : Made
+        seed : SeedSequence
+            Of the part.
+        label : str
+            What messages call it.
+        values : bool
+            As for `draw`.
+
+        Raises
+        ------
+        GeometryError
+            None of several parts is sound; the message says where they pass through themselves.
+        """
+        again = child_seed(seed, _AGAIN)
+        for attempt in range(_ROUNDS):
+            try:
+                check_skin(self.nominal, made.deviation, made.displacement, label=label)
+            except GeometryError:
+                other = self.draw(child_seed(again, attempt), values=values)
+                if attempt == _ROUNDS - 1 or np.array_equal(other.deviation, made.deviation):
+                    raise
+                made = other
+                made.tally.samplers.add("solids only")
+            else:
+                break
+        return made
+
     def draw(
         self,
         seed: np.random.SeedSequence,
@@ -153,6 +190,12 @@ class ConformingSampler:
             if not pending:
                 return Made(chain.deviation, chain.displacement(), found, chain.tally)
         worst = max(failed, key=lambda item: found[item.tolerance.id] / item.limit)
+        if worst.policy.method == "target":
+            raise ConformityError(
+                f"{worst.label}: its target of {chain.wanted(worst):.6g} mm cannot be met together with "
+                f"those of other tolerances (it is at {found[worst.tolerance.id]:.6g} mm); "
+                "give targets that nest"
+            )
         raise ConformityError(
             f"{worst.label}: {_ROUNDS} samples met it to first order, but not on the welded mesh "
             f"({found[worst.tolerance.id]:.6g} mm); take a smaller sigma or a finer mesh"
@@ -190,9 +233,7 @@ class ConformingSampler:
         targets = [item for item in self.requirements if item.policy.method == "target"]
         failed, found = [], dict[str, float]()
         with chain.welded():  # its slides change a value in the second order
-            for _ in range(3 if targets else 0):
-                for item in targets:
-                    chain.scaled_to(item, chain.wanted(item))
+            missed = _on_target(chain, targets)
             for item in self.requirements:
                 bounded = item.policy.method in ("conditioned", "reject", "scale")
                 proven = bounded and is_flat_enough(item, self.nominal, chain.displacement())
@@ -200,9 +241,27 @@ class ConformingSampler:
                     continue
                 value, name = chain.value(item), item.tolerance.id
                 found[name] = max(value, found.get(name, -np.inf))
+                if item in missed:
+                    failed.append(item)
                 if bounded and not proven and value > item.limit:
                     failed.append(item)
         return failed, found
+
+
+def _on_target(chain: Chain, targets: Sequence[Requirement]) -> list[Requirement]:
+    """Scale features in turn until all targets are met to 1e-12 mm; return those that are not met to 1e-9.
+
+    One target is met by one root search. Targets that share a feature or a datum disturb each other: the
+    turns are repeated as long as the largest error at least halves from one to the next.
+    """
+    errors = [np.inf] * len(targets)
+    for _ in range(_SWEEPS):
+        for item in targets:
+            chain.scaled_to(item, chain.wanted(item))
+        before, errors = errors, [abs(chain.value(item) - chain.wanted(item)) for item in targets]
+        if max(errors, default=0.0) <= 1e-12 or max(errors) > 0.5 * max(before):
+            break
+    return [item for item, error in zip(targets, errors, strict=True) if error > 1e-9 * chain.wanted(item)]
 
 
 def prepare_conforming(
@@ -297,7 +356,7 @@ def simulate_conforming(
         Fields that a feature may cost before the sampler is changed; with elliptical slice sampling the
         work stays bounded at any acceptance. Five times as many candidates where they are screened first.
     check : bool
-        Look for inverted and intersecting triangles.
+        Look for inverted and intersecting triangles; a part that has some is drawn anew.
     progress : callable, optional
         Called with (done, total).
 
@@ -314,7 +373,7 @@ def simulate_conforming(
     SpecificationError
         The specification has no meaning on this part.
     GeometryError
-        A skin model intersects itself.
+        All skin models intersect themselves.
 
     Examples
     --------
@@ -333,12 +392,12 @@ def simulate_conforming(
     deviations = np.zeros((size, nominal.n_samples))
     tallies = []
     report(progress, 0, size)
-    for i, made in enumerate(ready.draw_all([child_seed(seed, i) for i in range(size)], values=False)):
+    seeds = [child_seed(seed, i) for i in range(size)]
+    for i, drawn in enumerate(ready.draw_all(seeds, values=False)):
+        label = f"sample {i}" if size > 1 else "the skin model"
+        made = ready.sound(drawn, seeds[i], label, values=False) if check else drawn
         deviations[i] = made.deviation
         tallies.append(made.tally)
-        if check:
-            label = f"sample {i}" if size > 1 else "the skin model"
-            check_skin(nominal, made.deviation, made.displacement, label=label)
         report(progress, i + 1, size)
     deviations.flags.writeable = False
     provenance = provenance_of(nominal, str(model), seed, check=check, **conformity_record(ready, tallies))

@@ -147,3 +147,55 @@ def test_general_tolerance_of_nothing(length):
 def test_parts_of_one_seed_have_streams_of_their_own():
     states = {tuple(seed_of_part(7, f"nut-{i}").generate_state(4)) for i in range(200)}
     assert len(states) == 200
+
+
+SPEC = """
+tolerances = [
+  {flatness = 0.03, on = ">Z"},
+  {parallelism = 0.06, on = ">Z", datums = "A"},
+]
+dimensions = [{size = 12, on = "%CYLINDER", fit = "H9"}]
+[datums]
+A = "<Z"
+"""
+
+
+def test_part_with_tolerances_is_the_first_of_simulate(capsys):
+    from cadskin.export import open_run
+
+    Path("plate.toml").write_text(SPEC)
+    words = [PLATE, "--spec", "plate.toml", "--seed", "4", *COARSE]
+    (record,) = convert(capsys, *words, "-o", "part.ply", "--no-picture")
+    assert (record["tolerance_mm"], record["tolerances_met"]) == (None, 3)
+    assert main(["simulate", *words, "-n", "1", "-o", "run", "--json"]) == 0
+    capsys.readouterr()
+    assert record["deviation_max_mm"] == float(open_run("run")[0].deviation.max())
+    assert main(["verify", "run"]) == 0
+    assert "11.99" not in capsys.readouterr().out  # H9: 12 to 12.043
+
+
+def test_step_file_with_pmi_converts_inside_its_tolerances(capsys):
+    import cadquery as cq
+
+    import cadskin as cs
+    from cadskin.verify.meshes import read_labelled_mesh
+
+    spec = cs.Specification(
+        cs.flatness(">Z", 0.02), cs.parallelism(">Z", 0.05, datums="A"), datums={"A": "<Z"}
+    )
+    cs.write_step("pmi.step", cq.Workplane().box(40, 30, 8), spec)
+    (record,) = convert(capsys, "pmi.step", "-o", "made.npz", "--seed", "2", "--no-picture", *COARSE)
+    assert record["tolerances_met"] == 2
+    nominal = cs.nominal("pmi.step", edge_length=4.0)
+    found = cs.verify(read_labelled_mesh("made.npz"), cs.read_pmi("pmi.step", nominal), nominal=nominal)
+    assert found.conforming
+    (wide,) = convert(capsys, "pmi.step", "-o", "wide.stl", "--tolerance", "0.4", "--no-picture", *COARSE)
+    assert wide["tolerance_mm"] == 0.4
+
+
+def test_tolerance_and_spec_exclude_each_other(capsys):
+    Path("plate.toml").write_text(SPEC)
+    assert main(["convert", PLATE, "-o", "a.stl", "--tolerance", "0.1", "--spec", "plate.toml"]) == 2
+    assert "exclude each other" in capsys.readouterr().err
+    assert main(["convert", HINGE, "-o", "a.stl", "--spec", "plate.toml", *COARSE]) == 2
+    assert "choose one" in capsys.readouterr().err

@@ -2,11 +2,19 @@
 
 import numpy as np
 import pytest
-from support.parts import box
+from support.parts import box, thin_wall
 
 from cadskin.conform import prepare_conforming, simulate_conforming
-from cadskin.deviation import GaussianField, Paraboloid
-from cadskin.errors import CadskinError, Cancelled, ConformityError, DeviationError, SpecificationError
+from cadskin.deviation import GaussianField, Paraboloid, SizeOffset
+from cadskin.errors import (
+    CadskinError,
+    Cancelled,
+    ConformityError,
+    DeviationError,
+    GeometryError,
+    SpecificationError,
+)
+from cadskin.skin.simulate import child_seed
 from cadskin.spec import Specification, flatness, parallelism, perpendicularity, position, surface_profile
 
 BOTTOM, TOP, RIGHT = 0, 1, 3
@@ -101,3 +109,28 @@ def test_cancelling_and_wrong_numbers(part):
         simulate_conforming(part, MODEL, spec, max_tries=0)
     with pytest.raises(DeviationError, match="must be a DeviationModel"):
         simulate_conforming(part, np.zeros(part.n_samples), spec)
+
+
+def test_parts_that_pass_through_themselves_are_drawn_anew():
+    """A wall that is not much thicker than its zones: one part in several would be turned inside out."""
+    wall = thin_wall(thickness=0.2)
+    spec = Specification(default=surface_profile(None, 1.0))
+    model = GaussianField(0.1, 200.0)
+    sampler = prepare_conforming(wall, model, spec)
+    seed = np.random.SeedSequence(3)
+    seeds = [child_seed(seed, i) for i in range(40)]
+    thickness = [_thinnest(wall, made.deviation) for made in sampler.draw_all(seeds)]
+    assert min(thickness) < 0  # without the check
+    lot = simulate_conforming(wall, model, spec, size=40, rng=3)
+    kept = [_thinnest(wall, one) for one in lot.deviations]
+    assert min(kept) > 0
+    same = [i for i in range(40) if thickness[i] > 0.01]
+    np.testing.assert_allclose([kept[i] for i in same], [thickness[i] for i in same])
+    assert "solids only" in lot.provenance.options["samplers"]
+    with pytest.raises(GeometryError, match="the wall"):
+        simulate_conforming(wall, SizeOffset(-0.15), spec, rng=3)
+
+
+def _thinnest(wall, deviation):
+    sides = sorted(wall.features, key=lambda feature: -feature.area)[:2]
+    return 0.2 + sum(deviation[side.rows].min() for side in sides)

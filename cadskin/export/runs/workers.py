@@ -21,7 +21,6 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 from cadskin import errors
 from cadskin.conform.simulate import prepare_conforming
 from cadskin.errors import CadskinError, ExportError
-from cadskin.skin.faults import check_skin
 from cadskin.skin.simulate import child_seed
 
 if TYPE_CHECKING:
@@ -45,7 +44,7 @@ class Job:
     seed : SeedSequence
         Of the run.
     check : bool
-        Look for inverted and intersecting triangles.
+        Look for inverted and intersecting triangles; parts that have some are drawn anew.
     """
 
     arguments: dict[str, Any]
@@ -58,11 +57,9 @@ class Job:
 
     def draw(self, sampler: ConformingSampler, numbers: Sequence[int]) -> Iterator[Made]:
         """Yield the parts of these numbers, checked."""
-        made = sampler.draw_all([child_seed(self.seed, number) for number in numbers])
-        for number, part in zip(numbers, made, strict=True):
-            if self.check:
-                check_skin(sampler.nominal, part.deviation, label=f"part {number}")
-            yield part
+        seeds = [child_seed(self.seed, number) for number in numbers]
+        for number, seed, made in zip(numbers, seeds, sampler.draw_all(seeds), strict=True):
+            yield sampler.sound(made, seed, f"part {number}") if self.check else made
 
 
 class Workers:
