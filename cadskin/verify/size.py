@@ -14,11 +14,11 @@ from cadskin.verify.evaluation import Evaluation, active_of
 if TYPE_CHECKING:
     from cadskin._typing import Floats, Points, Vectors
 
-__all__ = ["SizeCriterion", "diameters_about", "global_size", "local_diameters", "rank"]
+__all__ = ["RANKS", "SizeCriterion", "diameters_about", "global_size", "local_diameters", "rank"]
 
 SizeCriterion: TypeAlias = Literal["GG", "GX", "GN"]
 _CRITERION = {"GG": "least squares", "GX": "maximum inscribed", "GN": "minimum circumscribed"}
-_RANKS: dict[str, Callable[[Floats], Any]] = {
+RANKS: dict[str, Callable[[Floats], Any]] = {
     "SX": np.max,
     "SN": np.min,
     "SA": np.mean,
@@ -110,6 +110,6 @@ def rank(diameters: Floats, statistic: str) -> float:
     >>> rank(np.array([9.0, 10.0, 12.0]), "SD")
     10.5
     """
-    if statistic not in _RANKS:
-        raise SpecificationError(f"unknown rank-order size {statistic!r}; choose one of {', '.join(_RANKS)}")
-    return float(_RANKS[statistic](np.asarray(diameters)))
+    if statistic not in RANKS:
+        raise SpecificationError(f"unknown rank-order size {statistic!r}; choose one of {', '.join(RANKS)}")
+    return float(RANKS[statistic](np.asarray(diameters)))
