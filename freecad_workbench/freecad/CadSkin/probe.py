@@ -124,14 +124,14 @@ class Probe:
 
     def _unselect(self) -> None:
         """Take back that the click has selected the skin model: the frame would lie over the labels."""
-        with contextlib.suppress(ReferenceError):
+        with contextlib.suppress(ReferenceError, RuntimeError):
             FreeCADGui.Selection.removeSelection(self.obj)
 
     def read_at(self, pixel: Any) -> Reading | None:
         """Read the value at a place of the view, pin a label there, and write it to the report view."""
         try:
             found = skins.result(self.obj)
-        except ReferenceError:
+        except (ReferenceError, RuntimeError):
             QtCore.QTimer.singleShot(0, stop_probe)
             return None
         if found is None:

@@ -138,7 +138,7 @@ class ViewProviderSkin:
         self._pending = False
         try:
             view_object = self._object.ViewObject
-        except ReferenceError:
+        except (ReferenceError, RuntimeError):
             return  # the object, or its document, is gone
         if view_object is not None and getattr(view_object, "Proxy", None) is self:
             self.refresh(view_object)

@@ -51,17 +51,18 @@ def point_on_screen(point):
 def click(point, button=1):
     """Click with the real mouse on a point in space; it comes near first, for the preselection."""
     x, y = point_on_screen(point)
-    move_mouse(x - 3, y - 3)
-    move_mouse(x, y)
+    for step in (3, 0):
+        xdotool("mousemove", str(x - step), str(y - step))
+        process_events(0.15)
     xdotool("click", str(button))
     process_events(0.25)
 
 
 def move_mouse(x, y):
-    """Move the real mouse to a place in Qt's coordinates.
+    """Move the real mouse to a place in the coordinates of Qt's widgets.
 
     Without a window manager Qt and the X server do not agree about where the window is; the second move
-    makes up for the difference.
+    makes up for the difference. (The 3D view is a window of its own, and right about its place.)
     """
     xdotool("mousemove", str(x), str(y))
     process_events(0.1)

@@ -10,6 +10,7 @@ import FreeCADGui
 
 from ..faces import InputError
 from ..icons import icon_path
+from ..kinds import CHARACTERISTICS
 from ..protocol import JobError
 from ..qt import QtCore, QtGui, QtWidgets, button_value, is_dark, translate
 
@@ -17,6 +18,7 @@ __all__ = [
     "BOX_MARGINS",
     "Panel",
     "Status",
+    "alive",
     "current",
     "fill_table",
     "length_box",
@@ -27,6 +29,7 @@ __all__ = [
     "settle",
     "shown_name",
     "silent",
+    "symbol_of",
 ]
 
 #: Inside a group box; FreeCAD's style draws the title over the top.
@@ -226,6 +229,21 @@ def fill_table(table: QtWidgets.QTableWidget, rows: list[tuple[list[str], str, s
             if colors and column == len(texts) - 1:
                 item.setForeground(QtGui.QColor(colors[is_dark(table)]))
             table.setItem(number, column, item)
+
+
+def alive(obj: Any) -> bool:
+    """Tell whether an object is still in an open document; a panel may outlive it."""
+    try:
+        return bool(obj.Name) and obj.Document is not None
+    except (ReferenceError, RuntimeError):
+        return False
+
+
+def symbol_of(characteristic: str) -> str:
+    """Return the symbol of a characteristic where the font has it; else nothing."""
+    kind = CHARACTERISTICS.get(characteristic)
+    metrics = QtGui.QFontMetrics(QtWidgets.QApplication.font())
+    return kind.symbol if kind is not None and metrics.inFontUcs4(ord(kind.symbol)) else ""
 
 
 @contextmanager

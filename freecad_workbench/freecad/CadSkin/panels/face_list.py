@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import contextlib
 from typing import Any
+
+import FreeCAD
 
 from ..faces import faces_now, link_faces, part_of, part_problem
 from ..qt import QtWidgets, translate
@@ -23,6 +24,7 @@ class FaceListPanel(Panel):
         super().__init__()
         self.obj, self.document = obj, obj.Document
         self.decided = False
+        self._transaction = FreeCAD.getActiveTransaction()
         names = list(obj.Faces[1]) if obj.Faces else []
         self.picker = FacePicker(part_of(obj), names, self._faces_changed, self._refused)
         self._build_list()
@@ -140,5 +142,5 @@ class FaceListPanel(Panel):
         self.closed()
         if not self.decided:
             self.decided = True
-            with contextlib.suppress(ReferenceError, RuntimeError):  # the document has gone too
-                self.document.abortTransaction()
+            if FreeCAD.getActiveTransaction() == self._transaction:  # its document may have gone already
+                FreeCAD.closeActiveTransaction(True)

@@ -12,7 +12,7 @@ from ..qt import QtCore, QtGui, QtWidgets
 __all__ = ["Histogram", "histogram_bins"]
 
 _GOOD, _BAD, _SHOWN = QtGui.QColor("#3b63c8"), QtGui.QColor("#c4362c"), QtGui.QColor("#f2b632")
-_MARGIN, _FOOT = 6, 18
+_MARGIN, _HEAD, _FOOT = 6, 20, 18
 
 
 def histogram_bins(values: np.ndarray, limit: float | None, most: int = 24) -> tuple[np.ndarray, np.ndarray]:
@@ -60,7 +60,7 @@ class Histogram(QtWidgets.QWidget):
         painter.end()
 
     def _draw(self, painter: QtGui.QPainter, counts: np.ndarray, edges: np.ndarray) -> None:
-        width, height = self.width() - 2 * _MARGIN, self.height() - _FOOT - _MARGIN
+        width, height = self.width() - 2 * _MARGIN, self.height() - _FOOT - _HEAD
         place = lambda value: _MARGIN + width * (value - edges[0]) / (edges[-1] - edges[0])  # noqa: E731
         shown = self._values[self._shown] if self._shown < len(self._values) else np.nan
         for number, count in enumerate(counts):
@@ -69,14 +69,12 @@ class Histogram(QtWidgets.QWidget):
             color = _BAD if self._limit is not None and middle > self._limit else _GOOD
             if edges[number] <= shown < edges[number + 1]:
                 color = _SHOWN
-            top = _MARGIN + height * (1.0 - count / counts.max())
-            painter.fillRect(
-                QtCore.QRectF(left + 0.5, top, right - left - 1.0, height + _MARGIN - top), color
-            )
+            top = _HEAD + height * (1.0 - count / counts.max())
+            painter.fillRect(QtCore.QRectF(left + 0.5, top, right - left - 1.0, height + _HEAD - top), color)
         ink = self.palette().text().color()
         painter.setPen(QtGui.QPen(ink, 1))
         painter.drawLine(
-            QtCore.QPointF(_MARGIN, _MARGIN + height), QtCore.QPointF(_MARGIN + width, _MARGIN + height)
+            QtCore.QPointF(_MARGIN, _HEAD + height), QtCore.QPointF(_MARGIN + width, _HEAD + height)
         )
         self._draw_labels(painter, edges, place, ink)
 

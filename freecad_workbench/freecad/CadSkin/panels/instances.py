@@ -10,7 +10,7 @@ from .. import api, jobs
 from .. import skin as skins
 from ..colormap import format_deviation
 from ..qt import QtCore, QtWidgets, translate
-from .base import Panel, open_panel, row_form, shown_name, silent
+from .base import Panel, alive, open_panel, row_form, shown_name, silent
 from .histogram import Histogram
 from .result_table import place_of
 
@@ -93,15 +93,14 @@ class InstancesPanel(Panel):
         self.refresh()
 
     def _job_changed(self, obj: Any) -> None:
-        if obj.Name == self.obj.Name and obj.Document is self.document:
+        if alive(self.obj) and obj == self.obj:
             self.refresh()
 
     def refresh(self) -> None:
         """Show the object as it is."""
-        try:
-            job = jobs.job_of(self.obj)
-        except ReferenceError:
-            return  # it was deleted while the panel was open
+        if not alive(self.obj):
+            return
+        job = jobs.job_of(self.obj)
         self.bar.setVisible(job is not None)
         if job is not None:
             self.bar.setValue(round(100 * job.fraction))

@@ -7,9 +7,10 @@ from typing import Any
 
 import FreeCADGui
 
-from ..faces import whole_part
+from ..faces import part_problem, whole_part
 from ..qt import QtCore
 from ..signature import face_number
+from .base import alive
 
 __all__ = ["FacePicker"]
 
@@ -38,6 +39,7 @@ class FacePicker:
         self.part, self.faces = part, list(faces)
         self._changed, self._refused = changed, refused
         self._active = self._busy = False
+        self._hovered = ("", "")
 
     @property
     def active(self) -> bool:
@@ -52,12 +54,22 @@ class FacePicker:
             FreeCADGui.Selection.removeObserver(self)
         self._active = active
 
-    def addSelection(self, document: str, name: str, sub: str, _point: Any) -> None:
-        """Take a click; FreeCAD calls it."""
+    def setPreselection(self, _document: str, name: str, sub: str) -> None:
+        """Remember what the mouse is over; FreeCAD calls it."""
+        self._hovered = (name, sub.rpartition(".")[2])
+
+    def addSelection(self, document: str, name: str, sub: str, point: Any) -> None:
+        """Take a click; FreeCAD calls it.
+
+        A click on a face that is selected already selects the whole object in FreeCAD: the face under the
+        mouse is meant then. A click in the tree has no point.
+        """
         if self._busy or document != self.part.Document.Name:
             return
         clicked = self.part.Document.getObject(name)
         sub = sub.rpartition(".")[2]
+        if not sub and any(point) and self._hovered[0] == name:
+            sub = self._hovered[1]
         if clicked is None or whole_part(clicked) != self.part:
             self._refused(f"that is no face of {self.part.Label}; pick its faces only")
         elif face_number(sub) is None:
@@ -68,6 +80,11 @@ class FacePicker:
             self.set_faces([*self.faces, sub])
         QtCore.QTimer.singleShot(0, self.highlight)
 
+    def clearSelection(self, _document: str) -> None:
+        """Mark the faces of the list again after a click into the void; FreeCAD calls it."""
+        if not self._busy:
+            QtCore.QTimer.singleShot(0, self.highlight)
+
     def set_faces(self, faces: list[str]) -> None:
         """Replace the list."""
         self.faces = list(faces)
@@ -75,12 +92,12 @@ class FacePicker:
 
     def highlight(self) -> None:
         """Select the faces of the list, so that they are seen."""
-        if not self._active:
+        if not self._active or not alive(self.part):
             return
         self._busy = True
         try:
             FreeCADGui.Selection.clearSelection()
-            known = getattr(getattr(self.part, "Shape", None), "Faces", [])
+            known = self.part.Shape.Faces if part_problem(self.part) is None else []
             for face in self.faces:
                 number = face_number(face)
                 if number is not None and number <= len(known):

@@ -6,9 +6,8 @@ import re
 from typing import Any
 
 from ..colormap import format_deviation, unit_of
-from ..kinds import CHARACTERISTICS
 from ..qt import translate
-from .base import shown_name
+from .base import shown_name, symbol_of
 
 __all__ = ["place_of", "result_rows", "verdict"]
 
@@ -28,7 +27,7 @@ def result_rows(rows: list[dict[str, Any]], labels: dict[str, str]) -> list[tupl
 
 def _row(row: dict[str, Any], labels: dict[str, str]) -> tuple[list[str], str, str]:
     name, ok = row["characteristic"], row.get("ok")
-    symbol = CHARACTERISTICS[name].symbol if name in CHARACTERISTICS else ""
+    symbol = symbol_of(name)
     label = labels.get(row["id"]) or place_of(str(row["id"])) or shown_name(name)
     mark, kind = {True: ("✓", "good"), False: ("✗", "bad")}.get(ok, ("?", "caution"))
     tip = [label, f"{shown_name(name)}: {format_deviation(row.get('value'))}"]
@@ -65,7 +64,7 @@ def verdict(rows: list[dict[str, Any]]) -> tuple[str, str]:
     unknown = [row for row in rows if row.get("ok") is None]
     if not rows:
         return translate("no tolerance to hold"), ""
-    reason = next((str(row["reason"]) for row in [*failed, *unknown] if row.get("reason")), "")
+    reason = next((str(row["reason"]) for row in failed or unknown if row.get("reason")), "")
     if failed:
         text = f"{len(failed)} / {len(rows)} {translate('tolerances not held')}"
         return (f"{text}: {reason}" if reason else text), "bad"

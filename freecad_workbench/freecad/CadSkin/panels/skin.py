@@ -9,7 +9,7 @@ from .. import api, jobs
 from .. import skin as skins
 from ..colormap import format_deviation
 from ..qt import QtCore, QtWidgets, translate
-from .base import BOX_MARGINS, Panel, fill_table, length_box, open_panel, plain_table, row_form, silent
+from .base import BOX_MARGINS, Panel, alive, fill_table, length_box, open_panel, plain_table, row_form, silent
 from .result_table import result_rows, verdict
 
 __all__ = ["SkinPanel", "show"]
@@ -57,7 +57,7 @@ class SkinPanel(Panel):
         seed.addWidget(self.seed, 1)
         seed.addWidget(self.dice)
         form.addRow(translate("Mesh size"), self.edge)
-        form.addRow(translate("Waves"), self.length)
+        form.addRow(translate("Corr. length"), self.length)
         form.addRow(translate("Seed"), seed)
         form.addRow(translate("Parts"), self.count)
         form.addRow(translate("Conform"), self.conform)
@@ -108,6 +108,8 @@ class SkinPanel(Panel):
 
     def store(self, *_: Any) -> None:
         """Write the settings into the object, in one step of undo where something is new."""
+        if not alive(self.obj):
+            return
         wanted = {
             "EdgeLength": self.edge.property("rawValue"),
             "CorrelationLength": self.length.property("rawValue"),
@@ -145,15 +147,14 @@ class SkinPanel(Panel):
         self.refresh()
 
     def _job_changed(self, obj: Any) -> None:
-        if obj is self.obj or (obj.Document is self.document and obj.Name == self.obj.Name):
+        if alive(self.obj) and obj == self.obj:
             self.refresh()
 
     def refresh(self) -> None:
         """Show the object as it is."""
-        try:
-            job = jobs.job_of(self.obj)
-        except ReferenceError:
-            return  # it was deleted while the panel was open
+        if not alive(self.obj):
+            return
+        job = jobs.job_of(self.obj)
         busy = job is not None
         self.bar.setVisible(busy)
         if busy:

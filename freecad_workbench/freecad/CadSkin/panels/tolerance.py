@@ -10,7 +10,7 @@ from ..faces import surfaces_of
 from ..kinds import CHARACTERISTICS, characteristics_for
 from ..objects import objects_of
 from ..qt import QtWidgets, translate
-from .base import length_box, open_panel, row_form, shown_name, silent
+from .base import length_box, open_panel, row_form, shown_name, silent, symbol_of
 from .face_list import FaceListPanel
 
 __all__ = ["TolerancePanel", "show"]
@@ -74,7 +74,7 @@ class TolerancePanel(FaceListPanel):
         self.share.setToolTip(translate("Standard deviation as a share of the value of the tolerance"))
         self.share.setValue(obj.ZoneShare)
         form.addRow(translate("Model"), self.model)
-        form.addRow(translate("Length"), self.length)
+        form.addRow(translate("Corr. length"), self.length)
         form.addRow(translate("Share"), self.share)
         box.setLayout(form)
         self.layout.addWidget(box)
@@ -97,7 +97,7 @@ class TolerancePanel(FaceListPanel):
         with silent(self.characteristic):
             self.characteristic.clear()
             for name in fitting:
-                self.characteristic.addItem(f"{CHARACTERISTICS[name].symbol}  {shown_name(name)}", name)
+                self.characteristic.addItem(f"{symbol_of(name)}  {shown_name(name)}".strip(), name)
             self.characteristic.setCurrentIndex(fitting.index(current))
 
     def store(self, *_: Any) -> None:
