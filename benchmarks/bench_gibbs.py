@@ -1,8 +1,8 @@
-"""The paper's case, 273 points and 1000 Gibbs sweeps, against a NumPy loop; the exact sampler beside it.
+"""The paper's case, 273 points and 1000 Gibbs sweeps, against NumPy; the exact sampler beside it.
 
-Both run the same Whittle field on a 120 x 72 mm plane, length 18 mm; one thread, CPU seconds. NumPy's loop is
-that of a straight transcript: one dot product and one normal number per site, a chain at a time. Ours runs 32
-chains at once; the time is that of one of them. Effective sample sizes are those of the mean of the field. Run
+Both run the same Whittle field on a 120 x 72 mm plane, length 18 mm; one thread, CPU seconds. NumPy's
+loop is a straight transcript: one dot product and one normal number per site, chain by chain. Ours runs 32
+chains at once; the time is that of one of them. Effective sample sizes are those of the field's mean. Run
 
     python benchmarks/bench_gibbs.py
 """
@@ -64,9 +64,8 @@ def main() -> None:
         f"  ours, {CHAINS} chains      {chained / CHAINS:9.6f} s per chain: "
         f"{site_loop / chained * CHAINS:.0f} times faster"
     )
-    print(
-        f"  split R-hat {found.rhat:.3f}; effective samples of {CHAINS} x {SWEEPS // 2} states: {found.bulk:.0f}"
-    )
+    states = f"{CHAINS} x {SWEEPS // 2} states"
+    print(f"  split R-hat {found.rhat:.3f}; effective samples of {states}: {found.bulk:.0f}")
     print(f"  one effective sample  {chained / found.bulk:9.6f} s by the chains, {drawn:.7f} s exactly")
     print(
         f"  the exact sampler is {chained / found.bulk / drawn:.0f} times faster; each of its fields counts"

@@ -13,9 +13,9 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from scipy.sparse import csr_array, dia_array
-from scipy.sparse.linalg import eigsh
+from scipy.sparse import csr_array
 
+from cadskin.deviation._eigenpairs import lowest_modes
 from cadskin.deviation._linear import weighted_sums
 from cadskin.deviation._parameters import finite, positive
 from cadskin.deviation._patch_fields import LowRankField, WholeField
@@ -203,15 +203,9 @@ def laplacian_modes(
         raise DeviationError(
             f"{count} modes on {len(inside)} points: the mesh is too coarse, at most a third"
         )
-    inner = matrix[inside][:, inside].tocsc()
-    weights = dia_array((mass[inside][None], [0]), shape=inner.shape).tocsc()
-    start = np.cos(np.arange(len(inside)) * 1.2345)  # any fixed vector: the result is repeatable
     shift = -1e-2 * 4 * np.pi / mass.sum()
-    values, vectors = eigsh(inner, k=count, M=weights, sigma=shift, v0=start, tol=1e-10)
-    order = np.argsort(values)
-    functions = np.zeros((count, len(points)))
-    functions[:, inside] = vectors[:, order].T * np.sqrt(mass.sum())
-    return values[order], upright(functions)
+    values, vectors = lowest_modes(matrix, mass, inside, count, shift=shift, tolerance=1e-10)
+    return values, upright(vectors * np.sqrt(mass.sum()))
 
 
 def upright(functions: Floats) -> Floats:

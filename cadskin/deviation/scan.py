@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from cadskin._arrays import frozen
+from cadskin._jit import kernel
 from cadskin.deviation._parameters import positive
 from cadskin.deviation._tangent import form_sampler
 from cadskin.deviation.base import MM, DeviationModel
@@ -22,6 +24,9 @@ if TYPE_CHECKING:
     from cadskin.shape import Feature, NominalModel
 
 __all__ = ["FromScan"]
+
+_CHUNK = 20_000  # samples whose neighbours are listed at once
+_PROBED = 20_000  # points of the scan that tell its density
 
 
 @register
@@ -73,28 +78,35 @@ class FromScan(DeviationModel):
     def prepare(self, nominal: NominalModel, features: Sequence[Feature] | None = None) -> Sampler:
         """Fit the scan around every sample."""
         tree = cKDTree(self.points)
-        nearest, _ = tree.query(self.points, k=[self.neighbours])
+        some = self.points[:: max(1, len(self.points) // _PROBED)]
+        nearest, _ = tree.query(some, k=[self.neighbours])
         radius = 2.0 * float(np.median(nearest))  # a corner sees a quarter of this disc: enough points
         return form_sampler(nominal, features, lambda feature: self._on(feature, tree, radius))
 
     def _on(self, feature: Feature, tree: cKDTree, radius: float) -> Floats:
+        """Fit in chunks, which bounds the memory of the neighbour lists."""
         values = np.zeros(feature.n_points)
-        uncovered = 0
-        for i, (point, normal) in enumerate(zip(feature.points, feature.normals, strict=True)):
-            around = self.points[tree.query_ball_point(point, np.hypot(self.reach, radius))] - point
-            height = around @ normal
-            along = around - height[:, None] * normal
-            distance = np.linalg.norm(along, axis=1)
-            near = np.abs(height) <= self.reach
-            near[near] = distance[near] <= radius
-            if near.sum() < 6:
-                uncovered += 1
-                continue
-            chosen = np.flatnonzero(near)[np.argsort(distance[near])[: self.neighbours]]
-            values[i] = _height_at_origin(along[chosen], height[chosen], distance[chosen], normal)
-        if uncovered:
+        covered = np.zeros(feature.n_points, dtype=bool)
+        ball = float(np.hypot(self.reach, radius))
+        for start in range(0, feature.n_points, _CHUNK):
+            points = feature.points[start : start + _CHUNK]
+            found = tree.query_ball_point(points, ball, return_sorted=False)
+            counts = np.fromiter((len(ids) for ids in found), dtype=np.int64, count=len(points))
+            ids = np.concatenate([*found, []]).astype(np.int64)
+            _fit_heights(
+                points,
+                feature.normals[start : start + _CHUNK],
+                self.points,
+                ids,
+                np.concatenate([[0], np.cumsum(counts)]),
+                np.array([self.reach, radius]),
+                int(self.neighbours),
+                values[start : start + _CHUNK],
+                covered[start : start + _CHUNK],
+            )
+        if not covered.all():
             raise DeviationError(
-                f"FromScan: the scan does not cover {uncovered} of {feature.n_points} samples of "
+                f"FromScan: the scan does not cover {(~covered).sum()} of {feature.n_points} samples of "
                 f"{feature.name} (reach {self.reach:.4g} mm, {radius:.4g} mm around the normal); restrict "
                 "the model with .on(...), register the scan, or raise reach"
             )
@@ -107,13 +119,92 @@ class FromScan(DeviationModel):
     __repr__ = __str__
 
 
-def _height_at_origin(along: Points, height: Floats, distance: Floats, normal: Points) -> float:
-    """Height of the weighted least-squares quadric over the tangent plane, at the origin."""
-    first = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
-    first /= np.linalg.norm(first)
-    s, t = along @ first, along @ np.cross(normal, first)
-    scale = float(distance.max()) or 1.0
-    s, t = s / scale, t / scale
-    basis = np.stack([np.ones_like(s), s, t, s * s, s * t, t * t], axis=1)
-    weight = 1.0 - 0.75 * (distance / scale) ** 2
-    return float(np.linalg.lstsq(basis * weight[:, None], height * weight, rcond=None)[0][0])
+@kernel
+def _fit_heights(
+    points: Any,
+    normals: Any,
+    cloud: Any,
+    ids: Any,
+    starts: Any,
+    limits: Any,
+    neighbours: int,
+    values: Any,
+    covered: Any,
+) -> None:
+    """Height of the weighted quadric over the tangent plane at each point, from the cloud points around it.
+
+    ``ids[starts[i] : starts[i + 1]]`` are those around point i; ``limits`` are the reach along the normal and
+    the radius about it.
+    """
+    most = 0
+    for i in range(points.shape[0]):
+        most = max(most, starts[i + 1] - starts[i])
+    seen = np.zeros((most, 4))  # s, t, height, squared distance from the normal
+    basis = np.zeros((neighbours, 6))
+    right = np.zeros(neighbours)
+    for i in range(points.shape[0]):
+        first, second = _tangents(normals[i])
+        count = 0
+        for p in range(starts[i], starts[i + 1]):
+            offset = cloud[ids[p]] - points[i]
+            height = (offset * normals[i]).sum()
+            s, t = (offset * first).sum(), (offset * second).sum()
+            if abs(height) <= limits[0] and s * s + t * t <= limits[1] * limits[1]:
+                seen[count, 0], seen[count, 1], seen[count, 2], seen[count, 3] = s, t, height, s * s + t * t
+                count += 1
+        if count < 6:
+            continue
+        covered[i] = True
+        order = np.argsort(seen[:count, 3])
+        used = min(count, neighbours)
+        scale = math.sqrt(seen[order[used - 1], 3])
+        scale = scale if scale > 0.0 else 1.0
+        for k in range(used):
+            s, t = seen[order[k], 0] / scale, seen[order[k], 1] / scale
+            weight = 1.0 - 0.75 * (s * s + t * t)
+            basis[k, 0], basis[k, 1], basis[k, 2] = weight, weight * s, weight * t
+            basis[k, 3], basis[k, 4], basis[k, 5] = weight * s * s, weight * s * t, weight * t * t
+            right[k] = weight * seen[order[k], 2]
+        values[i] = _first_coefficient(basis, right, used)
+
+
+@kernel
+def _first_coefficient(basis: Any, right: Any, used: int) -> float:
+    """Least squares by the normal equations and Cholesky, a ridge of 1e-12 where points lie in a row."""
+    size = basis.shape[1]
+    factor = np.zeros((size, size))
+    solution = np.zeros(size)
+    for a in range(size):
+        for k in range(used):
+            solution[a] += basis[k, a] * right[k]
+            for b in range(a + 1):
+                factor[a, b] += basis[k, a] * basis[k, b]
+    ridge = 1e-12 * used
+    for a in range(size):
+        for b in range(a + 1):
+            total = factor[a, b] + (ridge if a == b else 0.0)
+            for c in range(b):
+                total -= factor[a, c] * factor[b, c]
+            factor[a, b] = total / factor[b, b] if b < a else math.sqrt(max(total, ridge))
+        for c in range(a):
+            solution[a] -= factor[a, c] * solution[c]
+        solution[a] /= factor[a, a]
+    for a in range(size - 1, -1, -1):
+        for c in range(a + 1, size):
+            solution[a] -= factor[c, a] * solution[c]
+        solution[a] /= factor[a, a]
+    return float(solution[0])
+
+
+@kernel
+def _tangents(normal: Any) -> Any:
+    """Two unit vectors across a normal."""
+    axis = 0
+    for k in range(1, 3):
+        if abs(normal[k]) < abs(normal[axis]):
+            axis = k
+    unit = np.zeros(3)
+    unit[axis] = 1.0
+    first = np.cross(normal, unit)
+    first /= math.sqrt((first * first).sum())
+    return first, np.cross(normal, first)

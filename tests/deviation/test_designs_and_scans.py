@@ -130,3 +130,14 @@ def test_the_other_side_of_a_wall_is_left_out_and_gaps_are_told():
         FromScan(half, reach=0.4).sample(wall)
     high_only = points[points[:, 2] > 0.5]
     assert np.abs(FromScan(high_only, reach=0.4).on("high").sample(wall)).max() < 1e-9
+
+
+def test_a_dense_scan_is_fitted_exactly_where_it_is_a_quadric():
+    """Second degree is in the fit: the deviation of a parabolic sheet comes back to rounding."""
+    part = plane(h=4.0)
+    rng = np.random.default_rng(3)
+    x, y = rng.uniform(-5, 125, 40_000), rng.uniform(-5, 85, 40_000)
+    height = 0.05 + 1e-5 * (x - 60) ** 2 - 2e-5 * (y - 40) * (x - 60)
+    found = FromScan(np.column_stack([x, y, height]), reach=0.3).sample(part)[0]
+    u, v = part.surface.points[part.samples.vertex_ids, :2].T
+    assert np.abs(found - (0.05 + 1e-5 * (u - 60) ** 2 - 2e-5 * (v - 40) * (u - 60))).max() < 1e-9

@@ -131,3 +131,9 @@ def test_bad_parameters():
         VibrationModes([1.0], edges="fixed").prepare(ball(count=100))
     with pytest.raises(DeviationError, match="too coarse"):
         VibrationModes([1.0], first=400).prepare(plane(h=20.0))
+
+
+def test_a_patch_too_large_is_refused_with_the_way_out(monkeypatch):
+    monkeypatch.setattr("cadskin.deviation.vibration._UNKNOWNS", 100)
+    with pytest.raises(DeviationError, match=r"unknowns, more than 100; use a larger edge_length"):
+        VibrationModes([0.01]).prepare(plane(h=8.0))
