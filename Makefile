@@ -12,7 +12,7 @@ export OMP_NUM_THREADS ?= 1
 export NUMBA_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo lint format type layers test test-all examples conformity corpus images bench coexist freecad ci clean
+.PHONY: help setup demo lint format type layers test test-all examples case-study conformity corpus images bench coexist freecad ci clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*## ' $(firstword $(MAKEFILE_LIST)) | sed -E 's/^([a-z-]+):.*## /\1|/' \
@@ -47,6 +47,9 @@ test-all: $(VENV)/.dev ## all tests, the slow ones too
 
 examples: $(VENV)/.dev ## run every example and check the number it returns
 	$(BIN)/pytest tests/test_examples.py $(ARGS)
+
+case-study: $(VENV)/.dev ## the paper's case study: docs/case_study.md and its pictures (no solver needed)
+	PYTHONPATH=examples $(BIN)/python -m case_study
 
 conformity: $(VENV)/.dev ## simulate the AP242 files of $$CADSKIN_CORPUS inside their tolerances; docs/conformity.md
 	$(BIN)/python benchmarks/conformity_table.py $(ARGS)
