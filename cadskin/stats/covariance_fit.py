@@ -32,7 +32,8 @@ if TYPE_CHECKING:
 __all__ = ["KERNEL_NAMES", "CovarianceFit", "fit_covariance"]
 
 KERNEL_NAMES = ("squared_exponential", "matern52", "matern32", "exponential")
-_LEAST_NUGGET = 1e-9  # share of the variance; also keeps the factorisation stable
+_LEAST_NUGGET = 1e-9  # share of the variance; keeps the factorisation stable
+_DITHER = 1e-5  # share of the variance: a three-hundredth of the spread is the finest that is looked at
 
 
 @dataclass(frozen=True)
@@ -79,6 +80,7 @@ class _Data:
     scatter: Floats  # (q, q)
     freedom: int
     kernel: str
+    dither: float  # variance of the white noise that the scatter was given [mm²]
 
 
 def fit_covariance(
@@ -132,8 +134,15 @@ def fit_covariance(
     scatter = reduced.T @ reduced
     if not np.trace(scatter) > 0:
         raise StatisticsError("the fields do not vary: nothing can be learned of their covariance")
+    # Fields are smooth beyond any measurement where they are simulated; without a floor of noise in the data
+    # too, the many directions without energy would outvote the few that tell the length.
+    dither = _DITHER * float(np.trace(scatter)) / (len(scatter) * freedom)
+    scatter[np.diag_indices_from(scatter)] += dither * freedom
     names = (kernel,) if isinstance(kernel, str) else tuple(kernel)
-    fits = [_fit_one(_Data(places, contrasts, scatter, freedom, name), anisotropic, level) for name in names]
+    fits = [
+        _fit_one(_Data(places, contrasts, scatter, freedom, name, dither), anisotropic, level)
+        for name in names
+    ]
     return max(fits, key=lambda fit: fit.log_likelihood)
 
 
@@ -206,13 +215,14 @@ def _negative(parameters: Floats, data: _Data) -> float:
 
 
 def _described(parameters: Floats, data: _Data, level: float, log_likelihood: float) -> CovarianceFit:
-    without_nugget = parameters[2] < np.log(1e-6)
-    used = [k for k in range(len(parameters)) if not (k == 2 and without_nugget)]
+    sigma, length = np.exp(parameters[0]), np.exp(parameters[1])
+    noise = float(np.exp(parameters[2])) * sigma**2 - data.dither  # what there is beyond the floor [mm²]
+    without_nugget = noise < 3.0 * data.dither
+    used = list(range(len(parameters)))  # the ratio too: held fixed, the noise would tell the spread
     covariance = np.linalg.pinv(_hessian(parameters, data, used), hermitian=True)
     deviations = dict(zip(used, np.sqrt(np.maximum(np.diag(covariance), 0.0)), strict=True))
     z = float(norm.ppf(0.5 + 0.5 * level))
-    sigma, length = np.exp(parameters[0]), np.exp(parameters[1])
-    nugget = 0.0 if without_nugget else float(np.exp(parameters[0] + 0.5 * parameters[2]))
+    nugget = 0.0 if without_nugget else float(np.sqrt(noise))
 
     def around(value: float, spread: float) -> tuple[float, float]:
         return float(value * np.exp(-z * spread)), float(value * np.exp(z * spread))
