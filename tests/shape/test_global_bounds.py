@@ -169,3 +169,19 @@ def test_zone_of_a_sphere_is_proved_all_around_and_not_on_a_cap():
     ball = surface("sphere", 800, rng)
     assert associate(ball, "sphere").certificate.scope == "global"
     assert associate(ball[ball[:, 2] > 8.0], "sphere").certificate.scope == "local"
+
+
+def test_constrained_plane_of_a_lump_claims_no_more_than_it_can():
+    """Thin clouds are quasi-convex: 20,000 normals find nothing better; a cube is not claimed."""
+    normals = directions(20_000)
+    normals = np.concatenate([normals, -normals])
+    for seed, thickness in enumerate((0.01, 1.0, 10.0, 30.0, 60.0)):
+        rng = np.random.default_rng(seed)
+        points = rng.uniform(-1, 1, (60, 3)) * [30.0, 25.0, thickness / 2]
+        found = associate(points, "plane", "GE", axis=[0, 0, 1.0])
+        upper = normals[normals @ found.pose.axis > 0]
+        heights = points @ upper.T
+        squares = ((heights.max(axis=0) - heights) ** 2).sum(axis=0)
+        if found.certificate.scope == "global":
+            assert (found.residuals**2).sum() <= squares.min() + 1e-9
+        assert (found.certificate.scope == "global") == (thickness < 20.0)

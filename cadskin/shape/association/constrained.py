@@ -208,6 +208,20 @@ def _settle(task: _Task, pose: Pose, ids: Ints, matrix: Floats, right: Floats) -
     return _Settled(moved, ids, multipliers, float(np.abs(step).max()), not len(outside))
 
 
+def _least_variance(model: SurfaceModel, kind: Kind, pose: Pose) -> float:
+    """Return the least variance of the points along a plane or line [mm²].
+
+    Over the feature as a graph ``z = a x + b y + c`` the constraints are linear, and the squares are a convex
+    quadratic over ``1 + a^2 + b^2``. Its level sets are convex up to this variance per point:
+    an optimum below is the only one.
+    """
+    first, second = kernels.moments(model.points, pose.origin)
+    mean = first / len(model)
+    along = pose.axes[:, 1:2] if kind == "profile line" else pose.axes[:, :2]
+    spread = along.T @ (second / len(model) - np.outer(mean, mean)) @ along
+    return float(np.linalg.eigvalsh(spread)[0])
+
+
 def _extremes(outward: Floats, *, floor: float | None = None, count: int = 100) -> Ints:
     order = np.argpartition(-outward, min(count, len(outward) - 1))[:count]
     return order if floor is None else order[outward[order] > floor]
@@ -263,7 +277,7 @@ def _sharpened(
 def _cholesky(square: Floats) -> Floats:
     """Return the lower factor (k, k), with as much added to the diagonal as it takes."""
     size = np.trace(square) / len(square)
-    for added in (1e-15, 1e-12, 1e-9, 1e-6, 1e-3):
+    for added in (1e-15, 1e-12, 1e-9, 1e-6, 1e-3, 0.1, 1.0, 10.0):
         try:
             return np.asarray(np.linalg.cholesky(square + added * size * np.eye(len(square))))
         except np.linalg.LinAlgError:
@@ -299,6 +313,7 @@ def _packed(
     gradient = gradient + outward.T @ multipliers
     kkt = float(np.abs(gradient).max()) / max(len(model) * length * 1e-3, 1e-300)
     violation = max(0.0, float((sign * values).max()))
+    proved = kind in ("plane", "profile line") and free.value**2 < _least_variance(model, kind, pose)
     return replace(
         free,
         criterion="constrained least squares",
@@ -307,10 +322,11 @@ def _packed(
         multipliers=multipliers,
         certificate=Certificate(
             holds=kkt <= 1e-9 and bool((multipliers >= 0).all()) and violation <= 32 * _EPS * length,
-            scope="global" if kind in ("plane", "profile line") else "local",
+            scope="global" if proved else "local",
             kkt=kkt,
             violation=violation,
             bound=None,
-            reason="Kuhn-Tucker conditions of the constrained squares",
+            reason="Kuhn-Tucker conditions of the constrained squares"
+            + ("; their mean is below the variance along the feature: quasi-convex" if proved else ""),
         ),
     )
