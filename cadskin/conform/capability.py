@@ -36,6 +36,7 @@ __all__ = ["capability_scale", "fraction_outside", "tail_quantile"]
 _LEVEL = 0.1  # share of the population that goes on to the next level
 _CLOSE = 0.5  # tolerances that use less than this part of the pilot's worst share cannot bind
 _PILOTS = 32
+_CHEAPER = 4
 
 
 def fraction_outside(cpk: float) -> float:
@@ -162,6 +163,7 @@ def capability_scale(
     cpk : float
         Capability, between 0 and 3: a fraction ``Phi(-3 Cpk)`` of raw parts misses the tolerance.
     population : int
+        Fields per level; four times as many for a flatness, which is cheap to find.
     rng : int, SeedSequence or None
     progress : callable, optional
         Called with (tolerances done, tolerances).
@@ -186,7 +188,7 @@ def capability_scale(
             _value_function(sampler, item),
             probability,
             mean=setup.mean,
-            population=population,
+            population=population if item.flat is None else _CHEAPER * population,
             rng=child_seed(seed, k + 1),
         )
         factors.append(item.limit / quantile)

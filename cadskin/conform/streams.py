@@ -24,7 +24,7 @@ __all__ = ["FIRST_SAMPLES", "SEARCHED_SAMPLES", "BlockFields", "BlockSamplers", 
 _FIRST = 4  # fields of a sample that are drawn together with those of other samples
 FIRST_SAMPLES = 8
 SEARCHED_SAMPLES = 32
-_SHARED = 8  # the first fields are drawn for all blocks at once
+_SHARED = 32  # the first fields are drawn for all blocks at once
 _BATCH = 32  # then as many at a time for one block
 
 

@@ -10,6 +10,7 @@ from cadskin._arrays import frozen
 from cadskin._progress import report
 from cadskin._random import seed_sequence
 from cadskin.deviation import DeviationModel
+from cadskin.deviation.samplers import BLOCK
 from cadskin.errors import DeviationError
 from cadskin.skin.faults import check_skin
 from cadskin.skin.model import SkinEnsemble, SkinModel
@@ -26,8 +27,6 @@ if TYPE_CHECKING:
     from cadskin.spec import Specification
 
 __all__ = ["child_seed", "simulate", "simulate_ensemble"]
-
-_BLOCK = 16  # samples drawn at once; the result does not depend on it
 
 
 def simulate(
@@ -137,14 +136,12 @@ def simulate_ensemble(
     report(progress, 0, size)
     seed = seed_sequence(rng)
     deviations = np.zeros((size, nominal.n_samples))
-    for done, block in _drawn(nominal, model, seed, size):
-        deviations[done : done + len(block)] = block
-        if check:
-            for i, deviation in enumerate(block, start=done):
-                check_skin(nominal, deviation, label=f"sample {i}" if size > 1 else "the skin model")
-                report(progress, i + 1, size)
-        else:
-            report(progress, done + len(block), size)
+    for start, stop in _drawn(nominal, model, seed, deviations):
+        for i in range(start, stop) if check else ():
+            check_skin(nominal, deviations[i], label=f"sample {i}" if size > 1 else "the skin model")
+            report(progress, i + 1, size)
+        if not check:
+            report(progress, stop, size)
     deviations.flags.writeable = False
     random = isinstance(model, DeviationModel)
     text = str(model) if random else "array"
@@ -153,14 +150,16 @@ def simulate_ensemble(
 
 
 def _drawn(
-    nominal: NominalModel, model: Any, seed: np.random.SeedSequence, size: int
-) -> Iterator[tuple[int, Floats]]:
-    """Yield (number of the first sample, deviations (b, n_c)) block by block."""
+    nominal: NominalModel, model: Any, seed: np.random.SeedSequence, out: Floats
+) -> Iterator[tuple[int, int]]:
+    """Write the deviations (size, n_c) block by block; yield the first and the last sample of each."""
+    size = len(out)
     if isinstance(model, DeviationModel):
         sampler = model.prepare(nominal)
-        for start in range(0, size, _BLOCK):
-            numbers = range(start, min(start + _BLOCK, size))
-            yield start, sampler.draw([child_seed(seed, i) for i in numbers])
+        for start in range(0, size, BLOCK):
+            stop = min(start + BLOCK, size)
+            sampler.fill([child_seed(seed, i) for i in range(start, stop)], out[start:stop])
+            yield start, stop
         return
     try:
         values = np.asarray(model, dtype=np.float64)
@@ -170,7 +169,8 @@ def _drawn(
         ) from error
     field = frozen(values, shape=(nominal.n_samples,), name="deviation")
     for i in range(size):
-        yield i, field[None, :]
+        out[i] = field
+        yield i, i + 1
 
 
 def child_seed(seed: np.random.SeedSequence, index: int) -> np.random.SeedSequence:

@@ -14,7 +14,7 @@ from cadskin.conform import (
 )
 from cadskin.conform.flat import flat_places
 from cadskin.deviation import GaussianField, Paraboloid
-from cadskin.errors import ConformityError, SpecificationError
+from cadskin.errors import CadskinWarning, ConformityError, SpecificationError
 from cadskin.skin import simulate_ensemble
 from cadskin.spec import Specification, flatness, parallelism, position
 from cadskin.verify import verify
@@ -77,6 +77,24 @@ def test_scaled_model_misses_its_tolerance_as_often_as_stated(part):
     outside = int((values > 0.02).sum())
     # binomial(600, 0.0668): 40 +- 6.1; four standard deviations, and 10 % for the error of the scale
     assert abs(outside - 600 * fraction_outside(cpk)) < 4 * 6.1 + 4
+
+
+@pytest.mark.parametrize("cpk", [0.67, 1.0, 1.33, 1.67])
+def test_scale_of_a_flatness_in_closed_form(cpk):
+    """Four corners: the flatness is half the difference of the sums over the diagonals, a normal number."""
+    length, limit = 50.0, 0.02
+    coarse = box((60.0, 40.0, 20.0), h=100.0)
+    corners = coarse.feature_of(TOP).points
+    assert len(corners) == 4
+    apart = np.linalg.norm(corners[:, None] - corners[None], axis=2)
+    signs = np.where(np.isin(np.arange(4), [0, int(np.argmax(apart[0]))]), 0.5, -0.5)
+    sigma = np.sqrt(signs @ np.exp(-0.5 * (apart / length) ** 2) @ signs) * 0.01
+    exact = limit / (sigma * norm.isf(fraction_outside(cpk) / 2))
+    model = GaussianField(0.01, length)
+    with pytest.warns(CadskinWarning, match="fewer than four vertices"):
+        sampler = prepare_conforming(coarse, model, Specification(flatness(TOP, limit)))
+    # relative error of the quantile about 0.4 / sqrt(1600) = 1 %
+    assert capability_scale(sampler, cpk, rng=1) == pytest.approx(exact, rel=0.03)
 
 
 def test_default_process_is_capable_of_its_tolerances(part):
