@@ -30,7 +30,7 @@ class DatumProxy(Proxy):
     Type = TYPE
     GROUP = "Datum"
     FIELDS = (
-        Field("App::PropertyLinkSub", "Faces", "The faces of the datum feature"),
+        Field("App::PropertyLinkSubGlobal", "Faces", "The faces of the datum feature"),
         Field("App::PropertyString", "Letter", "Its letter"),
         Field("App::PropertyString", "Extra", "Further properties, as in a spec file (JSON)", "{}", HIDDEN),
         Field("App::PropertyStringList", "Signature", "What the faces looked like", None, HIDDEN),

@@ -19,7 +19,7 @@ class DimensionProxy(Proxy):
     Type = TYPE
     GROUP = "Dimension"
     FIELDS = (
-        Field("App::PropertyLinkSub", "Faces", "The faces that it measures"),
+        Field("App::PropertyLinkSubGlobal", "Faces", "The faces that it measures"),
         Field("App::PropertyString", "Text", "The dimension", None, READ_ONLY),
         Field("App::PropertyString", "Extra", "Its values, as in a spec file (JSON)", "{}", HIDDEN),
         Field("App::PropertyStringList", "Signature", "What the faces looked like", None, HIDDEN),

@@ -20,7 +20,7 @@ class GeneralProxy(Proxy):
     Type = TYPE
     GROUP = "Tolerance"
     FIELDS = (
-        Field("App::PropertyLink", "Part", "The part that it is for"),
+        Field("App::PropertyLinkGlobal", "Part", "The part that it is for"),
         Field("App::PropertyEnumeration", "Characteristic", "What it bounds", _KINDS),
         Field("App::PropertyLength", "Value", "Width of the tolerance zone"),
         Field("App::PropertyString", "Extra", "Further properties, as in a spec file (JSON)", "{}", HIDDEN),

@@ -45,9 +45,11 @@ class SkinProxy(Proxy):
     Type = TYPE
     GROUP = "Skin model"
     FIELDS = (
-        Field("App::PropertyLink", "Part", "The nominal part"),
+        Field("App::PropertyLinkGlobal", "Part", "The nominal part"),
         Field(
-            "App::PropertyLinkList", "Tolerances", "Tolerances, datums and the general tolerance of the part"
+            "App::PropertyLinkListGlobal",
+            "Tolerances",
+            "Tolerances, datums and the general tolerance of the part",
         ),
         Field("App::PropertyLength", "EdgeLength", "Size of the triangles; 0: a hundredth of the diagonal"),
         Field("App::PropertyInteger", "Seed", "Another number gives another part"),

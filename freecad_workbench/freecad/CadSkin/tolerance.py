@@ -20,7 +20,7 @@ class ToleranceProxy(Proxy):
     Type = TYPE
     GROUP = "Tolerance"
     FIELDS = (
-        Field("App::PropertyLinkSub", "Faces", "The faces that the tolerance is on"),
+        Field("App::PropertyLinkSubGlobal", "Faces", "The faces that the tolerance is on"),
         Field("App::PropertyEnumeration", "Characteristic", "What it bounds", list(CHARACTERISTICS)),
         Field("App::PropertyLength", "Value", "Width or diameter of the tolerance zone"),
         Field("App::PropertyBool", "Diameter", "The zone is round: the value is its diameter"),

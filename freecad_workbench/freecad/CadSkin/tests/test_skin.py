@@ -81,6 +81,16 @@ class Computing(SkinTest):
         self.assertEqual(number, int(self.top[4:]))
         self.assertLess(abs(value), 0.05)
 
+    def test_a_part_in_a_group_is_computed_where_it_stands(self):
+        group = self.document.addObject("App::Part", "Group")
+        group.addObject(self.part)
+        group.Placement.Base = FreeCAD.Vector(100, 0, 0)
+        self.document.recompute()
+        skin = self.computed()
+        self.assertAlmostEqual(skin.Mesh.BoundBox.XMin, 100, delta=0.1)
+        self.assertEqual((self.flat.Status, skin.Status), ("OK", "Up to date"))
+        self.assertEqual(self.flat.getTypeIdOfProperty("Faces"), "App::PropertyLinkSubGlobal")
+
     def test_a_changed_part_or_tolerance_is_out_of_date(self):
         skin = self.computed()
         self.flat.Value = 0.02
