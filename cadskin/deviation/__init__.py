@@ -38,6 +38,7 @@ from cadskin.deviation.registry import from_dict, model_class, model_names, regi
 from cadskin.deviation.rigid import Bend, Shift, SizeOffset, Taper, Thermal, Tilt, Torsor, Twist
 from cadskin.deviation.samplers import Sampler
 from cadskin.deviation.scan import FromScan
+from cadskin.deviation.text_form import from_text
 from cadskin.deviation.texture import Fractal, FromSpectrum, Lobing, Waviness
 from cadskin.deviation.vibration import VibrationModes
 
@@ -87,6 +88,7 @@ __all__ = [
     "correlation",
     "drilled",
     "from_dict",
+    "from_text",
     "ground",
     "milled",
     "model_class",

@@ -37,6 +37,8 @@ def plain(value: Any) -> Any:
 def text(value: Any, unit: str) -> str:
     if isinstance(value, (float, int)) and not isinstance(value, bool):
         return f"{value:.12g}" + (f" {unit}" if unit else "")
-    if isinstance(value, (list, tuple, np.ndarray)) and len(value) > 8:
+    if isinstance(value, np.ndarray):
+        value = tuple(value.tolist())
+    if isinstance(value, (list, tuple)) and len(value) > 8:
         return f"<{len(value)} values>" + (f" {unit}" if unit else "")
     return repr(value) + (f" {unit}" if unit and not isinstance(value, str) else "")

@@ -99,7 +99,9 @@ class ScaledModel(DeviationModel):
 
     def __str__(self) -> str:
         inner = str(self.model)
-        return f"{self.factor:.12g} * " + (f"({inner})" if isinstance(self.model, SumModel) else inner)
+        return f"{self.factor:.12g} * " + (
+            f"({inner})" if isinstance(self.model, (SumModel, ScaledModel)) else inner
+        )
 
     __repr__ = __str__
 

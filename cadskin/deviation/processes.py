@@ -3,9 +3,9 @@
 Each function returns a model of this package; restrict it with ``.on(...)`` and add others to it. Marks that
 are finer than the mesh cannot be seen: four points per wavelength are the least.
 
-The sources give the formulas. No capability of a machine is built in: the numbers (feed, radius, lobing, taper,
-sigma) are yours, measured or learned from parts with `cadskin.stats.learn_process`; the few defaults (marks ten
-times as long as wide, three lobes) are typical, no more.
+The sources give the formulas. No capability of a machine is built in: the numbers (feed, radius, lobing,
+taper, sigma) are yours, measured or learned from parts with `cadskin.stats.learn_process`; the few defaults
+(marks ten times as long as wide, three lobes) are typical, no more.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from cadskin.deviation import (
@@ -13,6 +13,7 @@ from cadskin.deviation import (
     SumModel,
     WhiteNoise,
     from_dict,
+    from_text,
     model_class,
     model_names,
 )
@@ -143,6 +144,34 @@ def test_round_trip_through_a_spec_file(name, data):
     again = through_a_spec_file(composed)
     assert again == composed
     assert str(again) == str(composed)
+
+
+@pytest.mark.parametrize("name", sorted(set(PARAMETERS) - {"array", "fe", "scan", "towards"}))
+@settings(max_examples=15, deadline=None, database=None)
+@given(data=st.data())
+def test_the_text_form_is_read_again(name, data):
+    """Twelve digits: the text of what was read is the same text."""
+    model = model_class(name)(**data.draw(st.fixed_dictionaries(PARAMETERS[name])))
+    assume(len(getattr(model, "terms", "two")) > 1)  # a sum of one is printed as that one
+    for one in (model, (0.5 * model + WhiteNoise(0.01)).on(">Z", kind="plane")):
+        assert str(from_text(str(one))) == str(one)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("FromArray(<20 values> mm)", "leaves out long arrays"),
+        ("Nonsense(1)", "no deviation model is called Nonsense"),
+        ("GaussianField(", "not the text form"),
+        ("3.0", "not the text form of a deviation model but 3.0"),
+        ("__import__('os').system('ls')", "is not a deviation model"),
+        ("WhiteNoise(0.1) / WhiteNoise(0.1)", "joined by"),
+        ("WhiteNoise(sigma=undefined)", "has no place"),
+    ],
+)
+def test_other_texts_are_refused(text, message):
+    with pytest.raises(DeviationError, match=message):
+        from_text(text)
 
 
 def test_python_functions_are_refused_with_the_way_out():
