@@ -42,6 +42,13 @@ def command(
         Path | None,
         typer.Option("--qif", metavar="FILE", help="Also write QIF 3.0 results there.", show_default=False),
     ] = None,
+    sampling: Annotated[
+        bool,
+        typer.Option(
+            "--sampling",
+            help="Also estimate what the surface between the points adds.",
+        ),
+    ] = False,
     align: Annotated[
         str | None,
         typer.Option(
@@ -99,6 +106,7 @@ def command(
             standard=cast("Standard", standard),
             sections=sections,
             sizes=True,
+            sampling=sampling,
             progress=progress,
         )
     table = cast("Verification", found)
@@ -111,5 +119,8 @@ def command(
     else:
         columns = ("tolerance", "characteristic", "value", "limit", "verdict", "certified")
         print_table(f"{mesh.name} against {of.name}", columns, table.rows(), right=("value", "limit"))
+        if sampling:
+            missing = [found.details.get("sampling_shortfall", 0.0) for _, found in table.evaluations]
+            note(f"between the points the surface probably adds up to {max(missing, default=0.0):.3g} mm")
         note("conforming" if table.conforming else "not conforming")
     return 0 if table.conforming else 1

@@ -43,12 +43,15 @@ class MadePart:
         What follows from the nominal model, where other made parts of it know that already.
     memory : Memory
         Associations of the same points, which several tolerances ask for.
+    thinned : (frozenset of int, (k,) int), optional
+        Of the features with these ids only these vertices are extracted.
     """
 
     surface: DiscreteShape
     nominal: NominalModel
     shared: PartGeometry | None = None
     memory: Memory = field(default_factory=Memory)
+    thinned: tuple[frozenset[int], Ints] | None = None
 
     @cached_property
     def geometry(self) -> PartGeometry:
@@ -75,7 +78,10 @@ class MadePart:
         SelectionError
             The mesh has no triangle of them.
         """
-        return self.geometry.vertex_ids(faces) if self.same_vertices else np.unique(self.triangles(faces))
+        found = self.geometry.vertex_ids(faces) if self.same_vertices else np.unique(self.triangles(faces))
+        if self.thinned is None or not {one.id for one in self.features(faces)} <= self.thinned[0]:
+            return found
+        return np.intersect1d(found, self.thinned[1])
 
     def triangles(self, faces: Sequence[int]) -> Ints:
         """Return the triangles (t, 3) of the features of faces."""

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from cadskin.errors import SpecificationError
+from cadskin.errors import AssociationError, SpecificationError
+from cadskin.shape.association import associate
 from cadskin.shape.ideal import Cylinder
 from cadskin.verify.boundary import Boundary, Requirement, boundary_violation, material_size, virtual_size
 from cadskin.verify.mobility import datum_boundaries
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from cadskin.spec import Specification, Tolerance
+    from cadskin.verify.datums import Standard
     from cadskin.verify.evaluation import Evaluation
     from cadskin.verify.extraction import MadePart
     from cadskin.verify.part_datums import Placement
@@ -30,6 +32,7 @@ def with_material(
     spec: Specification,
     place: Placement,
     together: Sequence[Members],
+    standard: Standard = "ISO 5459:2011",
 ) -> Evaluation:
     """Return an evaluation with the verdict of its material requirement.
 
@@ -45,6 +48,8 @@ def with_material(
         Its free motions are those of the boundaries.
     together : sequence of members
         Members that move together.
+    standard : str
+        Of ASME: the bonus method stands in the details.
 
     Raises
     ------
@@ -73,6 +78,8 @@ def with_material(
             )
     violation = max(one.value for one in checked)
     details = {**found.details, "virtual_boundary_violation": violation, "requirement": requirement}
+    if standard.startswith("ASME"):
+        details |= _bonus(found, tolerance, part, sizes, requirement)
     kept = all(bool(one.ok) for one in checked)
     notes = (*found.notes, f"{requirement}: decided at the virtual boundary, not by the value")
     if unsized:
@@ -93,6 +100,34 @@ def with_material(
         details=details,
         notes=notes,
     )
+
+
+def _bonus(
+    found: Evaluation,
+    tolerance: Tolerance,
+    part: MadePart,
+    sizes: dict[tuple[int, ...], float],
+    requirement: Requirement,
+) -> dict[str, Any]:
+    """Return what the bonus method of ASME Y14.5 says: value against tolerance and departure of the size.
+
+    The least departure of the members counts, from the unrelated mating size (MMR only). It is about the
+    axis, the virtual boundary about the surface: the two can disagree, and the boundary decides.
+    """
+    if requirement != "MMR" or tolerance.value is None:
+        return {}
+    departures = []
+    for faces, size in sizes.items():
+        feature = part.features(faces)[0]
+        criterion = "maximum inscribed" if feature.internal else "minimum circumscribed"
+        axis = getattr(feature.ideal, "axis", None)
+        try:
+            mating = associate(part.points(faces), "cylinder", criterion, axis=axis)
+        except AssociationError:
+            return {"bonus": None, "bonus_method": None}
+        departures.append(2.0 * mating.value - size if feature.internal else size - 2.0 * mating.value)
+    bonus = max(0.0, min(departures))
+    return {"bonus": bonus, "bonus_method": bool(found.value <= tolerance.value + bonus)}
 
 
 def _sizes(

@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from cadskin._progress import report
-from cadskin.errors import CadskinError, GeometryError
+from cadskin.errors import CadskinError, GeometryError, SpecificationError
 from cadskin.skin import SkinModel
 from cadskin.spec import Specification, Tolerance
 from cadskin.spec.binding import bound_to
@@ -15,10 +17,11 @@ from cadskin.verify.general import with_general
 from cadskin.verify.part_geometry import Memory, PartGeometry
 from cadskin.verify.part_size import evaluate_size, has_size_limits
 from cadskin.verify.results import Verification
+from cadskin.verify.sampling import sampling_shortfall
 from cadskin.verify.tolerances import evaluate
 
 if TYPE_CHECKING:
-    from cadskin._typing import Points, Progress
+    from cadskin._typing import Floats, Points, Progress
     from cadskin.shape import DiscreteShape, NominalModel
     from cadskin.verify.datums import Standard
     from cadskin.verify.evaluation import Evaluation
@@ -79,6 +82,7 @@ class PreparedVerification:
         actual: SkinModel | DiscreteShape | MadePart | Points,
         *,
         sizes: bool = False,
+        sampling: bool = False,
         progress: Progress | None = None,
     ) -> Verification:
         """Evaluate every tolerance on one made part.
@@ -89,13 +93,17 @@ class PreparedVerification:
             See `part`.
         sizes : bool
             Also the sizes with limits.
+        sampling : bool
+            Also ``details["sampling_shortfall"]``, where it can be estimated (nine evaluations, not one).
         progress : callable, optional
         """
         part = self.part(actual)
         evaluations, unresolved = [], [(item.entity, item.reason) for item in self.spec.unresolved]
         for index, tolerance in enumerate(self.spec):
             try:
-                evaluations.append((tolerance.id, self._evaluated(tolerance, part)))
+                found = self._evaluated(tolerance, part)
+                found = self._estimated(found, tolerance, part) if sampling else found
+                evaluations.append((tolerance.id, found))
             except CadskinError as error:
                 unresolved.append((tolerance.id, str(error)))
             report(progress, index + 1, len(self.spec))
@@ -105,6 +113,13 @@ class PreparedVerification:
             except CadskinError as error:
                 unresolved.append((dimension.id, str(error)))
         return Verification(tuple(evaluations), tuple(unresolved), self.standard)
+
+    def _estimated(self, found: Evaluation, tolerance: Tolerance, part: MadePart) -> Evaluation:
+        try:
+            missing = self.sampling_shortfall(tolerance, part)
+        except CadskinError as error:
+            return replace(found, notes=(*found.notes, f"no estimate of the sampling: {error}"))
+        return replace(found, details={**found.details, "sampling_shortfall": missing})
 
     def evaluate_tolerance(
         self, tolerance: Tolerance | str, actual: SkinModel | DiscreteShape | MadePart | Points
@@ -128,8 +143,47 @@ class PreparedVerification:
         wanted = self.spec[tolerance] if isinstance(tolerance, str) else tolerance
         return self._evaluated(wanted, self.part(actual))
 
+    def sampling_shortfall(
+        self, tolerance: Tolerance | str, actual: SkinModel | DiscreteShape | MadePart | Points
+    ) -> float:
+        """Estimate what the surface between the points has on top of the value of the points [mm].
+
+        The toleranced features are thinned to a quarter of their points, eight times, and what that loses is
+        carried on to no spacing at all (`cadskin.verify.sampling.sampling_shortfall`). Datums keep theirs.
+
+        Raises
+        ------
+        SpecificationError
+            A value of lines, sections or derived features, which do not depend on the points in this way.
+        GeometryError
+            Fewer than 64 points.
+        """
+        wanted = self.spec[tolerance] if isinstance(tolerance, str) else tolerance
+        part = self.part(actual)
+        if not _of_points(wanted):
+            raise SpecificationError(
+                f"tolerance {wanted.id} ({wanted.type}): the sampling is estimated for values of the points "
+                "of a surface, not of lines, sections or derived features"
+            )
+        faces = wanted.feature.faces
+        features = frozenset(feature.id for feature in part.features(faces))
+
+        def value(rows: Floats) -> float:
+            some = (features, rows[:, 0].astype(np.int64))
+            return self._evaluated(wanted, replace(part, thinned=some)).value
+
+        rows = part.vertex_ids(faces)[:, None].astype(np.float64)
+        return sampling_shortfall(rows, value)[1]
+
     def _evaluated(self, tolerance: Tolerance, part: MadePart) -> Evaluation:
         return evaluate(tolerance, part, self.spec, standard=self.standard, sections=self.sections)
+
+
+def _of_points(tolerance: Tolerance) -> bool:
+    """Tell whether a value is one of the points of a surface."""
+    lines = ("straightness", "roundness", "line_profile", "circular_runout")
+    derived = tolerance.feature.derived != "none" or tolerance.zone.shape != "width"
+    return not derived and tolerance.type not in lines and tolerance.zone.per_area is None
 
 
 def prepare(

@@ -100,7 +100,7 @@ def evaluate(
             f"tolerance {tolerance.id}: {tolerance.material} of {tolerance.type} is not supported; of a "
             "derived feature of a cylinder it is"
         )
-    return with_material(found, tolerance, part, spec, place, each)
+    return with_material(found, tolerance, part, spec, place, each, standard)
 
 
 def _section_normal(

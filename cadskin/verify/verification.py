@@ -10,8 +10,11 @@ from cadskin._progress import report
 from cadskin.errors import SpecificationError
 from cadskin.verify.prepared import PreparedVerification, prepare
 from cadskin.verify.results import EnsembleVerification, Verification
+from cadskin.verify.workers import verified_parts
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
     from cadskin._typing import Progress
     from cadskin.shape import DiscreteShape, NominalModel
     from cadskin.skin import SkinEnsemble, SkinModel
@@ -29,6 +32,8 @@ def verify(
     standard: Standard = "ISO 5459:2011",
     sections: int = 15,
     sizes: bool = False,
+    sampling: bool = False,
+    workers: int = 1,
     progress: Progress | None = None,
 ) -> Verification | EnsembleVerification:
     """Evaluate every tolerance of a specification.
@@ -47,6 +52,11 @@ def verify(
     sizes : bool
         Also evaluate the sizes with limits of the specification (one part, not a population): local two-point
         sizes of cylinders.
+    sampling : bool
+        Also estimate, part by part, what the surface between the points has on top of each value
+        (``details["sampling_shortfall"]``).
+    workers : int
+        Processes for a population; the values do not depend on it.
     progress : callable, optional
 
     Returns
@@ -66,26 +76,43 @@ def verify(
         raise SpecificationError("a mesh is verified against a nominal model; give nominal=")
     prepared = prepare(model, spec, standard=standard, sections=sections)
     if not isinstance(actual, SkinEnsemble):
-        return prepared.evaluate(actual, sizes=sizes, progress=progress)
-    if sizes:
-        raise SpecificationError("sizes are evaluated part by part; verify(skin, spec, sizes=True)")
-    return _verify_all(actual, prepared, progress)
+        return prepared.evaluate(actual, sizes=sizes, sampling=sampling, progress=progress)
+    if sizes or sampling:
+        raise SpecificationError(
+            "sizes and sampling are evaluated part by part; verify(skin, spec, sizes=True)"
+        )
+    if workers == 1:
+        return _table(prepared, _one_by_one(actual, prepared, progress), len(actual))
+    found = verified_parts(
+        model,
+        prepared.spec,
+        actual.deviations,
+        standard=standard,
+        sections=sections,
+        workers=workers,
+        progress=progress,
+    )
+    return _table(prepared, found, len(actual))
 
 
-def _verify_all(
+def _one_by_one(
     ensemble: SkinEnsemble, prepared: PreparedVerification, progress: Progress | None
-) -> EnsembleVerification:
-    names = tuple(tolerance.id for tolerance in prepared.spec)
-    values = np.full((len(ensemble), len(names)), np.nan)
+) -> Iterator[Verification]:
+    for index, skin in enumerate(ensemble):
+        yield prepared.evaluate(skin)
+        report(progress, index + 1, len(ensemble))
+
+
+def _table(prepared: PreparedVerification, parts: Iterable[Verification], count: int) -> EnsembleVerification:
+    columns = {tolerance.id: column for column, tolerance in enumerate(prepared.spec)}
+    values = np.full((count, len(columns)), np.nan)
     certified, kept = np.zeros(values.shape, dtype=bool), np.zeros(values.shape, dtype=bool)
     unresolved: list[tuple[int, str, str]] = []
-    for index, skin in enumerate(ensemble):
-        found = prepared.evaluate(skin)
+    for index, found in enumerate(parts):
         for name, evaluation in found.evaluations:
-            values[index, names.index(name)] = evaluation.value
-            certified[index, names.index(name)] = evaluation.certified
-            kept[index, names.index(name)] = evaluation.ok is not False
+            values[index, columns[name]] = evaluation.value
+            certified[index, columns[name]] = evaluation.certified
+            kept[index, columns[name]] = evaluation.ok is not False
         unresolved.extend((index, name, reason) for name, reason in found.unresolved)
-        report(progress, index + 1, len(ensemble))
     limits = np.array([np.nan if t.value is None else t.value for t in prepared.spec])
-    return EnsembleVerification(names, limits, values, certified, kept, tuple(unresolved))
+    return EnsembleVerification(tuple(columns), limits, values, certified, kept, tuple(unresolved))

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cadskin.errors import GeometryError
+from cadskin.errors import GeometryError, SpecificationError
 from cadskin.shape.association import Pose, associate, frame_about
+from cadskin.skin import SkinEnsemble
 from cadskin.spec import (
     Datum,
     FeatureSelection,
@@ -21,9 +22,11 @@ from cadskin.spec import (
     symmetry,
 )
 from cadskin.verify import datums as datums_module
+from cadskin.verify import flatness as flatness_of
 from cadskin.verify import prepare, verify
 from cadskin.verify.extraction import MadePart
 from cadskin.verify.median import heights_at, opposite_triangles, section_centres
+from cadskin.verify.sampling import sampling_shortfall
 from cadskin.verify.tolerances import evaluate
 
 
@@ -85,6 +88,34 @@ def test_a_datum_is_associated_once_per_part(array_box, plain_skin, monkeypatch)
     moved[array_box.feature_of(5).vertex_ids[:3], 2] += 0.01  # no point of a datum but those of the rim
     prepared.evaluate(moved)
     assert "A" not in calls
+
+
+def test_a_population_in_several_processes(array_box):
+    """The same bits from one process and from two, and progress to the end."""
+    fields = 0.01 * np.random.default_rng(4).standard_normal((5, array_box.n_samples))
+    ensemble, seen = SkinEnsemble(array_box, fields), []
+    alone = verify(ensemble, box_spec())
+    shared = verify(ensemble, box_spec(), workers=2, progress=lambda done, total: seen.append((done, total)))
+    np.testing.assert_array_equal(alone.values, shared.values)
+    np.testing.assert_array_equal(alone.kept, shared.kept)
+    assert alone.unresolved == shared.unresolved == ()
+    assert seen[-1] == (5, 5)
+    with pytest.raises(SpecificationError, match="workers"):
+        verify(ensemble, box_spec(), workers=0)
+
+
+def test_sampling_shortfall_is_that_of_the_points(array_box, plain_skin):
+    prepared = prepare(array_box, box_spec())
+    surface = array_box.surface.with_points(populations(array_box, plain_skin)[0])
+    points = surface.points[np.unique(array_box.feature_of(5).vertex_ids)]
+    expected = sampling_shortfall(points, lambda some: flatness_of(some).value)[1]
+    assert prepared.sampling_shortfall("flatness-1", surface) == pytest.approx(expected, abs=1e-12)
+    with pytest.raises(SpecificationError, match="derived features"):
+        prepared.sampling_shortfall("symmetry-1", surface)
+    table = verify(surface, box_spec(), nominal=array_box, sampling=True)
+    assert table["flatness-1"].details["sampling_shortfall"] == pytest.approx(expected, abs=1e-12)
+    assert table["parallelism-1"].details["sampling_shortfall"] > 0
+    assert any("no estimate" in note for note in table["symmetry-1"].notes)
 
 
 def test_vertices_of_another_mesh_are_refused(array_box):

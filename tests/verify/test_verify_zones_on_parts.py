@@ -16,6 +16,7 @@ from cadskin.spec import (
     line_profile,
     perpendicularity,
     position,
+    size,
     surface_profile,
 )
 from cadskin.verify import verify
@@ -141,3 +142,37 @@ def test_a_zone_on_one_side_is_kept_by_the_perfect_part(array_box):
     assert found.ok
     high = on_top(array_box, lambda x, y: 1e-6 + 0 * x)
     assert not value_of(array_box, high, surface_profile(5, 0.3, datums="A", outside=0.0), A=4).ok
+
+
+@pytest.mark.parametrize(("lobes", "bonus_method"), [(0.0, True), (0.03, False)])
+def test_boundary_and_bonus_can_disagree(plate, lobes, bonus_method):
+    """A hole of radius 5.05 - a cos 3t moved by 0.05; MMS 10, tolerance 0.05.
+
+    Its mating size pays a bonus of 0.1 - 2 a for a value of 0.1: not enough with a = 0.03. Its surface stays
+    outside of the boundary of 9.95 either way, so that it conforms.
+    """
+    hole, floor = named(plate)
+    wall = plate.feature_of(hole).vertex_ids
+    points = np.array(plate.surface.points)
+    turn = np.arctan2(points[wall, 1], points[wall, 0])
+    radius = 5.05 - lobes * np.cos(3 * turn)
+    points[wall, :2] = radius[:, None] * np.column_stack([np.cos(turn), np.sin(turn)]) + [0.05, 0.0]
+    left = next(f.index for f in plate.faces if f.kind == "plane" and f.normal[0] < -0.5)
+    front = next(f.index for f in plate.faces if f.kind == "plane" and f.normal[1] < -0.5)
+    spec = Specification(
+        position(hole, 0.05, diameter=True, datums="A|B|C", material="MMR"),
+        datums={"A": floor, "B": front, "C": left},
+        dimensions=[size(hole, 10.0, (0.0, 0.3))],
+        checked=False,
+    )
+    surface = plate.surface.with_points(points)
+    table = verify(surface, spec, nominal=plate, standard="ASME Y14.5.1-2019")
+    assert not table.unresolved
+    (_, found), *_ = table.evaluations
+    assert found.value == pytest.approx(0.1, abs=2e-3)
+    assert found.details["bonus"] == pytest.approx(0.1 - 2 * lobes, abs=2e-3)
+    assert found.details["bonus_method"] is bonus_method
+    assert found.ok
+    nearest = np.linalg.norm(points[wall, :2], axis=1).min()
+    assert found.details["virtual_boundary_violation"] == pytest.approx(4.975 - nearest, abs=1e-9)
+    assert "bonus" not in verify(surface, spec, nominal=plate).evaluations[0][1].details
