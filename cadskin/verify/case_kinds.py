@@ -66,6 +66,9 @@ def form_case(case: Case) -> Evaluation:
     characteristic = _form_name(case)
     wanted = read_quantity(case.quantity)
     reference = wanted.reference or _association_reference(case) or "MZ"
+    sided = _material_side(case, wanted)
+    if sided is not None:
+        reference = sided
     if characteristic == "straightness" and reference == "MC":
         reference = "MZ"  # the smallest enclosing cylinder is the minimum zone of a line in space
     points = case.only()
@@ -98,6 +101,20 @@ def _form_options(case: Case, characteristic: str) -> dict[str, Any]:
     return options
 
 
+def _material_side(case: Case, wanted: Wanted) -> Any:
+    """Return the reference element with a material constraint that the letters CE, CI, GE, GI ask for."""
+    letters = re.search(r"\b([CG])([EI])\b", f"{wanted.text} {case.get('association', '')}")
+    if letters is None:
+        return None
+    if letters.group(1) == "G":
+        return letters.group()
+    if wanted.what not in (None, "t"):
+        raise SpecificationError(
+            f"case {case.id}: a minimax reference beside the material has only the parameter t here"
+        )
+    return "MZ"  # the zone is the same, and so is its width
+
+
 def _association_reference(case: Case) -> Any:
     """Return the one reference element that the association names; None where it names several or none."""
     text = str(case.get("association", ""))
@@ -117,7 +134,7 @@ def _element_size(
         return Evaluation(
             "size", rank(diameters, statistic), f"two-point size LP {statistic}", True, len(points)
         )
-    criterion = {"LS": "G", "MZ": "C", "MC": "N", "MI": "X"}[reference]
+    criterion = {"LS": "G", "MZ": "C", "MC": "N", "MI": "X"}.get(reference, reference)
     found = associate(points, kind, criterion, axis=options["axis"], section_normal=options["section_normal"])
     if wanted.what in ("angle", "half angle"):
         if not isinstance(found.feature, Cone):

@@ -31,7 +31,7 @@ __all__ = [
     "straightness",
 ]
 
-Reference: TypeAlias = Literal["MZ", "LS", "MC", "MI"]
+Reference: TypeAlias = Literal["MZ", "LS", "MC", "MI", "GE", "GI"]
 Parameter: TypeAlias = Literal["t", "p", "v", "q"]
 FormCharacteristic: TypeAlias = Literal[
     "straightness", "flatness", "roundness", "cylindricity", "sphericity", "conicity", "toricity"
@@ -42,7 +42,12 @@ _CRITERION = {
     "LS": "least squares",
     "MC": "minimum circumscribed",
     "MI": "maximum inscribed",
+    "GE": "constrained least squares",
+    "GI": "constrained least squares, inside",
 }
+
+
+_SIDED = ("GE", "GI")  # with a material constraint: for every feature but a line in space
 
 
 @dataclass(frozen=True)
@@ -83,9 +88,10 @@ def form(
     ----------
     points : (n, 3) float
     characteristic : str
-    reference : {"MZ", "LS", "MC", "MI"}
+    reference : {"MZ", "LS", "MC", "MI", "GE", "GI"}
         Reference element: minimum zone (the default of ISO 1101), least squares, minimum circumscribed,
-        maximum inscribed.
+        maximum inscribed, least squares outside or inside of the material (which lies against ``axis``, or
+        within a round feature).
     parameter : {"t", "p", "v", "q"}
         Peak to valley, peak to reference, reference to valley, root mean square.
     median : bool
@@ -114,7 +120,7 @@ def form(
     return Evaluation(
         characteristic=characteristic,
         value=value,
-        quantity=f"{entry.symbol}{parameter} ({reference}{entry.suffix})",
+        quantity=f"{entry.symbol}{parameter} ({reference}{'' if reference in _SIDED else entry.suffix})",
         certified=found.certified,
         n_points=found.n_points,
         limit=limit,
@@ -130,10 +136,10 @@ def _entry(characteristic: str, reference: str) -> _Form:
     entry = FORMS.get(characteristic)
     if entry is None:
         raise SpecificationError(f"{characteristic!r} is not a form; choose one of {', '.join(FORMS)}")
-    if reference not in entry.references:
+    if reference not in (*entry.references, *_SIDED):
         raise SpecificationError(
             f"{characteristic} has no reference element {reference!r}; choose one of "
-            f"{', '.join(entry.references)}"
+            f"{', '.join((*entry.references, *_SIDED))}"
         )
     return entry
 

@@ -307,6 +307,29 @@ def test_two_point_sizes_of_an_odd_lobed_circle():
         assert found.value == pytest.approx(40.0, abs=1e-9)
 
 
+@pytest.mark.parametrize(("letters", "side"), [("GE", 1.0), ("GI", -1.0)])
+def test_letters_with_a_material_constraint(letters, side):
+    """The least-squares plane on one side of the material: here the plain one, moved to the last point."""
+    ticks = np.linspace(-40, 40, 9)
+    x, y = (a.ravel() for a in np.meshgrid(ticks, ticks))
+    bump = np.outer([0, 1, 0, -1, 0, 1, 0, -1, 0], [0, 1, 0, -1, 0, 1, 0, -1, 0]).ravel()
+    points = np.column_stack([x, y, 0.01 * (bump - bump.mean())])
+    words = f"least squares, constrained ({letters})"
+    hint = (TURN @ [0, 0, 1.0]).tolist()
+    found = ask("flatness", {"S": points}, association=words, outward_normal_hint=hint)
+    assert found.quantity == f"FLTt ({letters})"
+    assert found.certified
+    peak, valley = (
+        ask("flatness", {"S": points}, quantity=f"FLT{p} ({letters})", outward_normal_hint=hint).value
+        for p in "pv"
+    )
+    assert min(peak, valley) == pytest.approx(0.0, abs=1e-12)
+    assert max(peak, valley) == pytest.approx(found.value, abs=1e-12)
+    assert (peak < valley) == (side > 0)
+    zone = ask("flatness", {"S": points}, association="minimax, external to material (CE)")
+    assert zone.value == pytest.approx(0.02, abs=1e-12)
+
+
 def test_short_wave_filter_keeps_the_ripple():
     points = tube(20.0, [0.0], n=720, lobes=100, amplitude=0.01)
     given = {"type": "FALG: Gaussian, closed profile, short-wave-pass", "cutoff_UPR": 50}
