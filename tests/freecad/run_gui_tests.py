@@ -98,6 +98,28 @@ def verdict(out, returncode):
     return (0, sentence) if returncode == 0 else (1, f"{sentence}, but FreeCAD ended with {returncode}")
 
 
+def control_problem(environment, workbench, folder, seconds):
+    """Return what is wrong with this runner: a workbench with a broken module must turn it red."""
+    broken = folder / "broken"
+    shutil.copytree(workbench, broken, ignore=shutil.ignore_patterns("__pycache__"))
+    (broken / "freecad" / "CadSkin" / "colormap.py").write_text("broken on purpose (\n", encoding="utf-8")
+    link = Path(environment["FREECAD_USER_HOME"]) / "Mod" / "CadSkin"
+    link.unlink()
+    link.symlink_to(broken, target_is_directory=True)
+    out = folder / "control"
+    out.mkdir()
+    code, sentence = verdict(out, run_session(environment, out, "gui_display.py", seconds))
+    return None if code else f"the negative control was green: {sentence}"
+
+
+def keep_pictures(out, folder):
+    """Copy the pictures of the tutorial, made smaller, into a folder of the documentation."""
+    for picture in sorted(out.glob("tutorial_*.png")):
+        target = folder / picture.name.replace("tutorial", "freecad")
+        command = ["convert", str(picture), "-resize", "1000x", "-colors", "160", "-strip", str(target)]
+        subprocess.run(command, check=True, timeout=60)
+
+
 def main():
     """Read the arguments, run, and say what came out."""
     parser = argparse.ArgumentParser(
@@ -106,7 +128,9 @@ def main():
     parser.add_argument("--out", type=Path, required=True, help="folder for pictures, log and result file")
     parser.add_argument("--pattern", default="gui_*.py", help="which files of tests/freecad/gui")
     parser.add_argument("--workbench", type=Path, default=WORKBENCH, help="another copy of the workbench")
-    parser.add_argument("--seconds", type=int, default=180, help="limit of the whole session")
+    parser.add_argument("--seconds", type=int, default=400, help="limit of the whole session")
+    parser.add_argument("--pictures", type=Path, help="put the tutorial's pictures into this folder, smaller")
+    parser.add_argument("--no-control", action="store_true", help="leave out the negative control")
     arguments = parser.parse_args()
     missing = [program for program in NEEDED if shutil.which(program) is None]
     if missing:
@@ -118,8 +142,16 @@ def main():
     with tempfile.TemporaryDirectory(prefix="cadskin-freecad-") as home:
         environment = make_profile(Path(home) / "profile", arguments.workbench.resolve())
         returncode = run_session(environment, out, arguments.pattern, arguments.seconds)
-    code, sentence = verdict(out, returncode)
-    print(sentence)
+        code, sentence = verdict(out, returncode)
+        print(sentence)
+        if code == 0 and arguments.pictures:
+            keep_pictures(out, arguments.pictures)
+        if code == 0 and not arguments.no_control:
+            problem = control_problem(
+                environment, arguments.workbench.resolve(), Path(home), arguments.seconds
+            )
+            print(problem or "negative control: a broken module is found out")
+            code = 1 if problem else 0
     return code
 
 

@@ -1,13 +1,14 @@
 """Panels and commands on what users do wrong, and on what changes under an open panel; without a worker."""
 
 import tempfile
+from pathlib import Path
 from unittest import mock
 
 import FreeCAD
 import FreeCADGui
 import numpy as np
 import Part
-from freecad.CadSkin import api, command, jobs, skin
+from freecad.CadSkin import api, command, display, jobs, skin
 from freecad.CadSkin.faces import InputError
 from freecad.CadSkin.panels import base, color_map, datum, instances, tolerance
 from freecad.CadSkin.panels import skin as skin_panel
@@ -21,6 +22,7 @@ from gui_support import (
     view,
     widget_picture,
 )
+from PySide import QtCore
 from synthetic import box_result
 
 #: What FreeCAD 0.20 gives a panel, less its frame and scroll bar.
@@ -322,3 +324,13 @@ class PanelTest(GuiTest):
             assert counts.sum() == np.isfinite(values).sum()
             if limit is not None and counts.size:
                 assert edges[0] <= limit <= edges[-1]
+
+    def test_german_is_found_by_qt(self):
+        folder = Path(display.__file__).parent / "resources" / "translations"
+        translator = QtCore.QTranslator()
+        assert translator.load(str(folder / "CadSkin_de.qm"))
+        assert translator.translate("CadSkin_Probe", "Probe value") == "Wert ablesen"
+        assert (
+            translator.translate("CadSkin", "all tolerances are held") == "alle Toleranzen sind eingehalten"
+        )
+        assert not translator.translate("CadSkin", "nothing of ours")

@@ -6,12 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from .. import api, jobs
+from .. import api
 from .. import skin as skins
 from ..colormap import format_deviation
 from ..qt import QtCore, QtWidgets, translate
-from .base import Panel, alive, open_panel, row_form, shown_name, silent
+from .base import open_panel, row_form, shown_name, silent
 from .histogram import Histogram
+from .job_panel import JobPanel
 from .result_table import place_of
 
 __all__ = ["InstancesPanel", "show"]
@@ -24,21 +25,18 @@ def show(obj: Any) -> InstancesPanel:
     return open_panel(InstancesPanel(obj))
 
 
-class InstancesPanel(Panel):
+class InstancesPanel(JobPanel):
     """Draws many parts, goes through them, and shows the histogram of a value."""
 
     title = translate("Instances")
     icon = "sample"
 
-    def __init__(self, obj: Any) -> None:
-        super().__init__()
-        self.obj, self.document = obj, obj.Document
+    def build(self) -> None:
+        """Add what draws the parts and what goes through them."""
         self._values: dict[str, tuple[np.ndarray, float | None]] = {}
         self._of: Any = None
         self._build_draw()
         self._build_browse()
-        jobs.listen(self._job_changed)
-        self.refresh()
 
     def _build_draw(self) -> None:
         form = row_form()
@@ -60,7 +58,6 @@ class InstancesPanel(Panel):
         row.addWidget(self.draw, 2)
         row.addWidget(self.cancel, 1)
         self.layout.addLayout(row)
-        self.bar = QtWidgets.QProgressBar()
         self.layout.addWidget(self.bar)
         self.layout.addWidget(self.status)
 
@@ -92,20 +89,10 @@ class InstancesPanel(Panel):
         self.attempt(api.show_instance, self.obj, number)
         self.refresh()
 
-    def _job_changed(self, obj: Any) -> None:
-        if alive(self.obj) and obj == self.obj:
-            self.refresh()
-
-    def refresh(self) -> None:
-        """Show the object as it is."""
-        if not alive(self.obj):
-            return
-        job = jobs.job_of(self.obj)
-        self.bar.setVisible(job is not None)
-        if job is not None:
-            self.bar.setValue(round(100 * job.fraction))
-        self.draw.setEnabled(job is None)
-        self.cancel.setEnabled(job is not None)
+    def show_state(self, busy: bool) -> None:
+        """Show which buttons can be used, the status, the shown part and the histogram."""
+        self.draw.setEnabled(not busy)
+        self.cancel.setEnabled(busy)
         status = self.obj.Status
         self.status.tell(status, "bad" if status.startswith(("Failed", "Cannot")) else "")
         found = skins.result(self.obj)
@@ -114,7 +101,7 @@ class InstancesPanel(Panel):
             return
         if found is not self._of:
             self._take(found)
-        shown = min(max(self.obj.ShownInstance, 0), found.size - 1)
+        shown = self.shown_of(found.size)
         with silent(self.slider):
             self.slider.setRange(0, found.size - 1)
             self.slider.setValue(shown)
@@ -144,7 +131,7 @@ class InstancesPanel(Panel):
         if name not in self._values:
             return
         values, limit = self._values[name]
-        shown = min(max(self.obj.ShownInstance, 0), len(values) - 1)
+        shown = self.shown_of(len(values))
         self.histogram.show_values(values, limit, shown)
         conforming = self._of.instance_report(shown).get("conforming")
         mark = {True: " ✓", False: " ✗"}.get(conforming, "")
@@ -164,7 +151,3 @@ class InstancesPanel(Panel):
             held = int((known <= limit * (1 + 1e-9)).sum())
             text += f"\n{held} / {len(values)} {translate('within the limit')}"
         return text
-
-    def closed(self) -> None:
-        """Listen no more."""
-        jobs.unlisten(self._job_changed)

@@ -5,11 +5,12 @@ from __future__ import annotations
 import random
 from typing import Any
 
-from .. import api, jobs
+from .. import api
 from .. import skin as skins
 from ..colormap import format_deviation
 from ..qt import QtCore, QtWidgets, translate
-from .base import BOX_MARGINS, Panel, alive, fill_table, length_box, open_panel, plain_table, row_form, silent
+from .base import BOX_MARGINS, alive, fill_table, length_box, open_panel, plain_table, row_form, silent
+from .job_panel import JobPanel
 from .result_table import result_rows, verdict
 
 __all__ = ["SkinPanel", "show"]
@@ -20,20 +21,17 @@ def show(obj: Any) -> SkinPanel:
     return open_panel(SkinPanel(obj))
 
 
-class SkinPanel(Panel):
+class SkinPanel(JobPanel):
     """Settings, Compute, and the result of the part that is shown."""
 
     title = translate("Skin model")
     icon = "skin"
 
-    def __init__(self, obj: Any) -> None:
-        super().__init__()
-        self.obj, self.document = obj, obj.Document
+    def build(self) -> None:
+        """Add settings, buttons and the result."""
         self._build_settings()
         self._build_buttons()
         self._build_result()
-        jobs.listen(self._job_changed)
-        self.refresh()
 
     def _build_settings(self) -> None:
         obj, form = self.obj, row_form()
@@ -84,8 +82,6 @@ class SkinPanel(Panel):
             button.setMinimumWidth(50)
             button.clicked.connect(action)
             row.addWidget(button, 1)
-        self.bar = QtWidgets.QProgressBar()
-        self.bar.setRange(0, 100)
         self.layout.addLayout(row)
         self.layout.addWidget(self.bar)
         self.layout.addWidget(self.status)
@@ -146,19 +142,8 @@ class SkinPanel(Panel):
         self.attempt(api.show_instance, self.obj, number)
         self.refresh()
 
-    def _job_changed(self, obj: Any) -> None:
-        if alive(self.obj) and obj == self.obj:
-            self.refresh()
-
-    def refresh(self) -> None:
-        """Show the object as it is."""
-        if not alive(self.obj):
-            return
-        job = jobs.job_of(self.obj)
-        busy = job is not None
-        self.bar.setVisible(busy)
-        if busy:
-            self.bar.setValue(round(100 * job.fraction))
+    def show_state(self, busy: bool) -> None:
+        """Show which buttons can be used, the status and the result."""
         self.compute.setEnabled(not busy)
         self.cancel.setEnabled(busy)
         self.check.setEnabled(not busy and skins.has_result(self.obj))
@@ -173,7 +158,7 @@ class SkinPanel(Panel):
         self.result_box.setVisible(found is not None and found.size > 0)
         if found is None or not found.size:
             return
-        instance = min(max(self.obj.ShownInstance, 0), found.size - 1)
+        instance = self.shown_of(found.size)
         with silent(self.shown):
             self.shown.setRange(0, found.size - 1)
             self.shown.setValue(instance)
@@ -190,7 +175,3 @@ class SkinPanel(Panel):
         )
         labels = {item.Name: item.Label for item in self.obj.Tolerances}
         fill_table(self.table, result_rows(rows, labels))
-
-    def closed(self) -> None:
-        """Store what was written last and listen no more."""
-        jobs.unlisten(self._job_changed)
