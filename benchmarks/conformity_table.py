@@ -118,7 +118,7 @@ def document(rows: list[Row], count: int, total: int) -> str:
         "What is not supported, or not tied to faces, is named below the table. *Acceptance*",
         "is the share of attempts at features and groups of features that were kept; the default process",
         "is made for the tolerances, so it is high. Seconds are processor seconds on one core of the machine",
-        "that wrote the page, compilation of kernels left out.",
+        "that wrote the page, compilation of kernels left out. The rules are in [simulation](simulation.md).",
         "",
         f"{len(rows)} of {total} files are done.",
         "",

@@ -52,6 +52,10 @@ def command(
             "the value that a tolerance takes; several with commas.",
         ),
     ] = "conditioned",
+    zone: Annotated[
+        str,
+        typer.Option(metavar="ZONE", help="Of flatness: minimum (ISO 1101), or pca (Zhang et al. 2013)."),
+    ] = "minimum",
     cpk: Annotated[
         float | None,
         typer.Option(
@@ -102,7 +106,7 @@ def command(
 
     _refuse(output, positive(cpk, "--cpk", unit="(Cpk)"), model, sigma)
     length = positive(length, "--length")
-    policies = _policies(conform)
+    policies = _in_zone(_policies(conform), zone)
     if model is not None:
         deviation_model(model, sigma=sigma or 1.0, length=length or 1.0)  # said before the work
     nominal, tolerances = nominal_and_spec(
@@ -131,6 +135,7 @@ def command(
         "model": model or "by the tolerances",
         "cpk": cpk,
         "conform": conform,
+        "zone": zone,
     }
     with progress_bar(f"simulating {path.name}") as progress:
         run = simulate_run(
@@ -183,6 +188,17 @@ def _policies(text: str) -> Any:
                 raise
             found[name] = Conformity(value)  # type: ignore[arg-type]
     return found
+
+
+def _in_zone(policies: Any, zone: str) -> Any:
+    """Return the policies with another zone of flatness."""
+    from dataclasses import replace
+
+    from cadskin.conform import Conformity
+
+    if isinstance(policies, Conformity):
+        return replace(policies, zone=zone)  # type: ignore[arg-type]  # it checks the name
+    return {name: replace(policy, zone=zone) for name, policy in ({"*": Conformity()} | policies).items()}
 
 
 def _record(run: Run) -> dict[str, Any]:

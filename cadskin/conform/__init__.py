@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from cadskin.conform.capability import capability_scale, fraction_outside, tail_quantile
 from cadskin.conform.capable import capable_model
+from cadskin.conform.pca_zone import PcaZone, pca_zone
 from cadskin.conform.policy import Conformity, conditioned, policies_of, target
 from cadskin.conform.process import process_of
 from cadskin.conform.simulate import ConformingSampler, Made, prepare_conforming, simulate_conforming
@@ -12,10 +13,12 @@ __all__ = [
     "ConformingSampler",
     "Conformity",
     "Made",
+    "PcaZone",
     "capability_scale",
     "capable_model",
     "conditioned",
     "fraction_outside",
+    "pca_zone",
     "policies_of",
     "prepare_conforming",
     "process_of",

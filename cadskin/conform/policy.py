@@ -28,6 +28,7 @@ __all__ = [
 
 Method: TypeAlias = Literal["conditioned", "target", "scale", "reject", "none"]
 SamplerName: TypeAlias = Literal["auto", "rejection", "hmc", "slice", "gibbs"]
+ZoneName: TypeAlias = Literal["minimum", "pca"]
 Policies: TypeAlias = "str | Conformity | Mapping[str, str | Conformity]"
 
 
@@ -47,16 +48,20 @@ class Conformity:
     sampler : {"auto", "rejection", "hmc", "slice", "gibbs"}
         Of ``conditioned``: how what depends on one block alone is drawn. ``auto`` rejects where at least one
         of a hundred raw fields fits and runs a Markov chain where fewer do; see `cadskin.conform.routes`.
+    zone : {"minimum", "pca"}
+        Of a flatness: the minimum zone of ISO 1101, or the paper's across the third principal axis, which is
+        never narrower (`cadskin.conform.pca_zone`). Other characteristics keep the zone of the standard.
 
     Raises
     ------
     SpecificationError
-        Unknown method or sampler, or a target without a positive value.
+        Unknown method, sampler or zone, or a target without a positive value.
     """
 
     method: Method = "conditioned"
     value: float | Callable[[np.random.Generator], float] | None = None
     sampler: SamplerName = "auto"
+    zone: ZoneName = "minimum"
 
     def __post_init__(self) -> None:
         """Check method and value."""
@@ -66,6 +71,8 @@ class Conformity:
             raise SpecificationError(
                 f"sampler must be one of {', '.join(get_args(SamplerName))}, got {self.sampler!r}"
             )
+        if self.zone not in get_args(ZoneName):
+            raise SpecificationError(f"zone must be minimum or pca, got {self.zone!r}")
         if self.sampler != "auto" and self.method != "conditioned":
             raise SpecificationError(f"a sampler goes with 'conditioned' only, not with {self.method!r}")
         if (self.method == "target") != (self.value is not None):
@@ -89,6 +96,9 @@ class Conformity:
         return drawn
 
     def __str__(self) -> str:
+        return f"{self._name()} in the pca zone" if self.zone == "pca" else self._name()
+
+    def _name(self) -> str:
         if self.method != "target":
             return self.method if self.sampler == "auto" else f"{self.method} by {self.sampler}"
         if callable(self.value):

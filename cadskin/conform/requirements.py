@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cadskin.conform.flat import FlatPlaces, flat_places
+from cadskin.conform.pca_zone import pca_zone
 from cadskin.conform.sizes import SizeLimits, size_limits
 from cadskin.errors import AssociationError, CadskinError, SpecificationError
 from cadskin.shape.ideal import Plane
@@ -70,6 +71,11 @@ class Requirement:
     flat: FlatPlaces | None = None
 
     @property
+    def in_pca_zone(self) -> bool:
+        """Whether its value is the width of the paper's zone."""
+        return self.policy.zone == "pca" and self.tolerance.type == "flatness"
+
+    @property
     def label(self) -> str:
         """What messages call it."""
         where = self.tolerance.feature.text()
@@ -118,6 +124,8 @@ def moved_part(nominal: NominalModel, displacement: Vectors, *, like: MadePart |
 def value_of(requirement: Requirement, part: MadePart, spec: Specification) -> float:
     """Return the value [mm] of a requirement on a made part; infinity where it cannot be evaluated there."""
     asked = requirement.tolerance
+    if requirement.in_pca_zone:
+        return pca_zone(part.points(asked.feature.faces)).width
     try:
         return asked.value_on(part) if isinstance(asked, SizeLimits) else evaluate(asked, part, spec).value
     except AssociationError:  # this sample, not the specification: no association exists for it
@@ -210,7 +218,13 @@ def _piece(
     own = blocks.touched(features)
     datums = blocks.touched(_datum_features(nominal, tolerance, spec))
     flat = None
-    if tolerance.type == "flatness" and len(features) == 1 and isinstance(features[0].ideal, Plane):
+    minimum = policy.zone == "minimum"
+    if (
+        minimum
+        and tolerance.type == "flatness"
+        and len(features) == 1
+        and isinstance(features[0].ideal, Plane)
+    ):
         flat = flat_places(features[0].points, np.asarray(features[0].faces[0].normal))
     return Requirement(
         tolerance,

@@ -4,7 +4,14 @@ import numpy as np
 import pytest
 from support.parts import box, plate_with_hole
 
-from cadskin.conform import Conformity, policies_of, prepare_conforming, simulate_conforming, target
+from cadskin.conform import (
+    Conformity,
+    pca_zone,
+    policies_of,
+    prepare_conforming,
+    simulate_conforming,
+    target,
+)
 from cadskin.conform.blocks import independent_blocks
 from cadskin.deviation import DeviationModel, GaussianField, Paraboloid, WhiteNoise
 from cadskin.errors import ConformityError, SpecificationError
@@ -173,3 +180,36 @@ def test_meaningless_targets_are_refused(value):
         target(lambda rng: value).draw(np.random.default_rng(1))
     with pytest.raises(SpecificationError, match="only a target"):
         Conformity("scale", 0.02)
+
+
+def test_zone_of_the_paper_is_kept_and_never_narrower(part):
+    spec = Specification(flatness(TOP, 0.005))
+    model = GaussianField(0.008, 50.0)
+    lot = simulate_conforming(part, model, spec, size=12, rng=4, conform=Conformity(zone="pca"))
+    feature = part.feature(TOP)
+    widths = [pca_zone(skin.points[feature.vertex_ids], feature.faces[0].normal).width for skin in lot]
+    flatnesses = verify(lot, spec).values[:, 0]
+    assert max(widths) <= 0.005
+    assert (flatnesses <= np.array(widths) * (1 + 1e-12)).all()
+    usual = simulate_conforming(part, model, spec, size=12, rng=4)
+    over = [pca_zone(skin.points[feature.vertex_ids]).width for skin in usual]
+    assert max(over) > 0.005  # parts that the standard accepts
+    assert lot.provenance.options["conform"]["flatness-1"] == "conditioned in the pca zone"
+    hit = simulate_conforming(part, model, spec, rng=4, conform=Conformity("target", 0.004, zone="pca"))[0]
+    assert pca_zone(hit.points[feature.vertex_ids]).width == pytest.approx(0.004, abs=1e-12)
+    with pytest.raises(SpecificationError, match="minimum or pca"):
+        Conformity(zone="least")  # type: ignore[arg-type]
+
+
+def test_targets_that_share_a_feature(part):
+    """Two targets are met together where they nest by a datum, and named where they cannot be."""
+    spec = Specification(
+        flatness(BOTTOM, 0.03), parallelism(TOP, 0.05, datums="A"), datums={"A": BOTTOM}
+    )  # fmt: skip
+    both = {"flatness-1": target(0.01), "parallelism-1": target(0.02)}
+    lot = simulate_conforming(part, GaussianField(0.008, 50.0), spec, size=3, rng=4, conform=both)
+    np.testing.assert_allclose(verify(lot, spec).values, [[0.01, 0.02]] * 3, atol=1e-11)
+    apart = Specification(flatness(TOP, 0.03), parallelism(TOP, 0.05, datums="A"), datums={"A": BOTTOM})
+    wrong = {"flatness-1": target(0.01), "parallelism-1": target(0.002)}
+    with pytest.raises(ConformityError, match=r"-1 .*(cannot be met together|binds)"):
+        simulate_conforming(part, GaussianField(0.008, 50.0), apart, rng=4, conform=wrong, max_tries=5)
