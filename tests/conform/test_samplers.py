@@ -257,6 +257,19 @@ def test_values_do_not_change_the_parts():
         assert max(one.values.values()) <= 0.03
 
 
+def test_a_simulation_is_stopped_by_its_progress():
+    class Stopped(Exception):
+        pass
+
+    def progress(done, total):
+        if done == 2:
+            raise Stopped
+
+    spec = Specification(flatness(TOP, 0.03))
+    with pytest.raises(Stopped):
+        simulate_ensemble(part(), GaussianField(0.01, 12.0), size=1000, spec=spec, rng=1, progress=progress)
+
+
 def test_plain_rejection_gives_up_and_says_why():
     spec = Specification(flatness(TOP, 0.004))
     with pytest.raises(ConformityError, match=r"flatness-1 .* binds: .*sampler='auto'"):
