@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import scipy.stats
+from scipy.stats.distributions import rv_frozen
 
 from cadskin.deviation.base import DeviationModel
 from cadskin.deviation.registry import register
@@ -30,8 +31,9 @@ class Randomised(DeviationModel):
     ----------
     model : DeviationModel
         Usually a systematic form.
-    distribution : str
-        Name of a continuous distribution of `scipy.stats`.
+    distribution : str or frozen distribution
+        Name of a continuous distribution of `scipy.stats`, or one with its parameters, such as
+        ``scipy.stats.norm(1.0, 0.25)``.
     arguments : sequence of float
         Its shape, location and scale parameters, in scipy's order.
 
@@ -51,11 +53,17 @@ class Randomised(DeviationModel):
 
     name: ClassVar[str] = "randomised"
     model: DeviationModel
-    distribution: str
+    distribution: Any
     arguments: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         """Check that the distribution exists and takes the arguments."""
+        if isinstance(self.distribution, rv_frozen):
+            if self.arguments:
+                raise DeviationError("Randomised: a frozen distribution has its arguments already")
+            name, arguments = _parts(self.distribution)
+            object.__setattr__(self, "distribution", name)
+            object.__setattr__(self, "arguments", arguments)
         object.__setattr__(self, "arguments", tuple(float(value) for value in self.arguments))
         if not isinstance(self.model, DeviationModel):
             raise DeviationError(f"Randomised: model must be a deviation model, got {self.model!r}")
@@ -81,6 +89,12 @@ class Randomised(DeviationModel):
     def prepare(self, nominal: NominalModel, features: Sequence[Feature] | None = None) -> Sampler:
         """Prepare the model."""
         return _RandomisedSampler(self, self.model.prepare(nominal, features))
+
+
+def _parts(frozen: Any) -> tuple[str, tuple[float, ...]]:
+    """Name and parameters, in scipy's order, of a frozen distribution."""
+    shapes, location, scale = frozen.dist._parse_args(*frozen.args, **frozen.kwds)
+    return str(frozen.dist.name), (*shapes, location, scale)
 
 
 class _RandomisedSampler(Sampler):

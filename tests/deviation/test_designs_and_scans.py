@@ -12,6 +12,7 @@ from cadskin.deviation import (
     FromScan,
     GaussianField,
     Paraboloid,
+    Randomised,
     WhiteNoise,
     parameter_design,
     with_parameter,
@@ -141,3 +142,19 @@ def test_a_dense_scan_is_fitted_exactly_where_it_is_a_quadric():
     found = FromScan(np.column_stack([x, y, height]), reach=0.3).sample(part)[0]
     u, v = part.surface.points[part.samples.vertex_ids, :2].T
     assert np.abs(found - (0.05 + 1e-5 * (u - 60) ** 2 - 2e-5 * (v - 40) * (u - 60))).max() < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("frozen", "same"),
+    [
+        (stats.norm(1.0, 0.25), ("norm", (1.0, 0.25))),
+        (stats.gamma(2.0, scale=0.5), ("gamma", (2.0, 0.0, 0.5))),
+    ],
+)
+def test_frozen_distributions_are_named(frozen, same):
+    """A spec file holds the name and the numbers."""
+    given, named = Randomised(WhiteNoise(0.01), frozen), Randomised(WhiteNoise(0.01), *same)
+    assert given == named
+    assert np.array_equal(given.sample(plane(), size=3, rng=1), named.sample(plane(), size=3, rng=1))
+    with pytest.raises(DeviationError, match="has its arguments already"):
+        Randomised(WhiteNoise(0.01), frozen, (1.0,))
