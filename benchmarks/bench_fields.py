@@ -4,14 +4,17 @@ One thread, CPU seconds, noise included, both sides write into an array that is 
 
     python benchmarks/bench_fields.py
     python benchmarks/bench_fields.py --gstools     # also one field of GSTools (1000 modes), where installed
+    python benchmarks/bench_fields.py --docs        # keep the table in docs/deviations.md
 """
 
 from __future__ import annotations
 
 import argparse
 import os
+import resource
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "NUMBA_NUM_THREADS"):
     os.environ.setdefault(variable, "1")  # before numpy loads
@@ -24,6 +27,7 @@ from cadskin.shape import DiscreteShape, Face, NominalModel, Plane, Samples  # n
 from cadskin.shape.nominal import build_features  # noqa: E402
 
 SIZE = (120.0, 80.0)
+BEGIN, END = "<!-- begin bench_fields -->", "<!-- end bench_fields -->"
 
 
 def plane(count: int, size: tuple[float, float] = SIZE) -> NominalModel:
@@ -96,6 +100,7 @@ def main() -> None:
     parser.add_argument("--points", type=int, nargs="+", default=[2_400, 10_000, 100_000])
     parser.add_argument("--samples", type=int, default=64)
     parser.add_argument("--gstools", action="store_true")
+    parser.add_argument("--docs", action="store_true")
     arguments = parser.parse_args()
     models = {
         "white": WhiteNoise(0.01),
@@ -110,12 +115,18 @@ def main() -> None:
     for model in models.values():  # compile
         model.sample(plane(1_000), size=2)
     history: dict[str, list[tuple[float, float, float]]] = {label: [] for label in models}
+    references: list[tuple[int, float, float]] = []
     for count in arguments.points:
         part = plane(count)
         out = np.ones((arguments.samples, part.n_samples))
         generator = np.random.default_rng(0)
         reference = best(generator.standard_normal, None, np.float64, out) / arguments.samples
-        print(f"{part.n_samples} points: numpy white noise {reference * 1e3:.4f} ms per sample")
+        filled = best(out.fill, 1.0) / arguments.samples
+        references.append((part.n_samples, reference, filled))
+        print(
+            f"{part.n_samples} points: numpy white noise {reference * 1e3:.4f} ms per sample, "
+            f"memory fill {filled * 1e3:.4f} ms"
+        )
         for label, model in models.items():
             start = time.process_time()
             sampler = model.prepare(part)
@@ -131,11 +142,42 @@ def main() -> None:
                 print(f"  {'':18s} GSTools {theirs * 1e3:.1f} ms, {theirs / each:.0f} times as long")
     for label, rows in history.items():
         if len(rows) > 1:
-            points, setups, times = np.log(np.array(rows)).T
-            growth = [np.polyfit(points, cost, 1)[0] for cost in (setups, times)]
-            print(
-                f"{label:18s} grows like n^{growth[0]:.2f} (set-up) and n^{growth[1]:.2f} (further samples)"
-            )
+            grown = growth(rows)
+            print(f"{label:18s} grows like n^{grown[0]:.2f} (set-up) and n^{grown[1]:.2f} (further samples)")
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
+    print(f"peak memory of the process {peak:.2f} GiB")
+    if arguments.docs:
+        keep_table(history, references, arguments.samples, peak)
+
+
+def growth(rows: list[tuple[float, float, float]]) -> list[float]:
+    """Exponents of the growth of set-up and of further samples with the number of points."""
+    points, setups, times = np.log(np.array(rows)).T
+    return [float(np.polyfit(points, cost, 1)[0]) for cost in (setups, times)]
+
+
+def keep_table(
+    history: dict[str, list[tuple[float, float, float]]],
+    references: list[tuple[int, float, float]],
+    samples: int,
+    peak: float,
+) -> None:
+    """Write the table between its markers in docs/deviations.md."""
+    sizes = [f"{count:,} points".replace(",", " ") for count, _, _ in references]
+    lines = ["| model | " + " | ".join(sizes) + " | growth |", "|---|" + "---|" * (len(sizes) + 1)]
+    for label, rows in history.items():
+        cells = [
+            f"{setup:.2g} s, {each * 1e3:.3g} ms ({white / each:.1f})"
+            for (_, setup, each), (_, white, _) in zip(rows, references, strict=True)
+        ]
+        grown = growth(rows) if len(rows) > 1 else [float("nan")] * 2
+        lines.append(f"| {label} | {' | '.join(cells)} | {grown[0]:.2f}, {grown[1]:.2f} |")
+    lines += ["", f"Peak memory of the process, which holds {samples} fields: {peak:.1f} GiB."]
+    page = Path(__file__).parents[1] / "docs" / "deviations.md"
+    before, _, rest = page.read_text(encoding="utf-8").partition(BEGIN)
+    page.write_text(
+        before + BEGIN + "\n" + "\n".join(lines) + "\n" + END + rest.partition(END)[2], encoding="utf-8"
+    )
 
 
 if __name__ == "__main__":

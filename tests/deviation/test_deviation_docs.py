@@ -18,7 +18,7 @@ MADE_BY_OPERATORS = {"SumModel", "ScaledModel", "RestrictedModel"}
 def test_code_prints_what_the_page_shows():
     space: dict[str, object] = {}
     found = re.findall(r"```python\n(.*?)```\n\n    (.*?)\n", PAGE, flags=re.S)
-    assert len(found) == 2
+    assert len(found) == 3
     for code, printed in found:
         out = io.StringIO()
         with contextlib.redirect_stdout(out):
