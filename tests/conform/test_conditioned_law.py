@@ -79,6 +79,22 @@ def test_orientation_and_form_with_a_datum(part, oriented, conformed, same_law, 
     same_law(fields, reference, statistics(part, TOP, BOTTOM, RIGHT))
 
 
+@pytest.mark.parametrize("sampler", ["auto", pytest.param("hmc", marks=pytest.mark.slow)])
+def test_form_inside_orientation_on_one_feature(part, plain_rejection, conformed, same_law, sampler):
+    spec = Specification(
+        flatness(TOP, 0.0045),
+        parallelism(TOP, 0.016, datums="A"),
+        flatness(BOTTOM, 0.006),
+        datums={"A": BOTTOM},
+    )
+    reference, share = plain_rejection(part, MODEL, spec, size=700, rng=14)
+    assert 0.05 < share < 0.5
+    prepared = prepare_conforming(part, MODEL, spec, conform=conditioned(sampler=sampler))
+    fields, made = conformed(prepared, size=100, rng=15)
+    assert any(sampler in one.tally.samplers for one in made) or sampler == "auto"
+    same_law(fields, reference, statistics(part, TOP, BOTTOM))
+
+
 def test_position_of_a_plane_in_a_datum_system(part, plain_rejection, conformed, same_law):
     spec = Specification(position(TOP, 0.04, datums="A"), surface_profile(RIGHT, 0.05, datums="A|B"),
                          datums={"A": BOTTOM, "B": LEFT})  # fmt: skip
