@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 import numpy as np
 
 from cadskin.errors import SpecificationError
-from cadskin.shape.association import Minimax, Pose, associate
+from cadskin.shape.association import Minimax, Pose, associate, frame_about
 from cadskin.verify.evaluation import Evaluation, active_of
 from cadskin.verify.turns import closest_turn
 from cadskin.verify.zones import (
@@ -141,6 +141,8 @@ def _smallest(
     turned, _ = turned_towards(axes[:, 2], direction, normal_angle)
     tilted = normal_angle > 1e-12
     may_turn = "rz" in datum_free
+    if tilted and not may_turn:
+        turned = _held_turn(axes, turned)
     local = tilted_direction(normal_angle)
     if zone == "planes":
         free: tuple[int, ...] = (5,) if tilted and may_turn else ()
@@ -154,3 +156,17 @@ def _smallest(
     free = (*moves, 5) if tilted and may_turn else moves
     found = solve([(line_patch(local), points)], Pose(centre, turned, np.zeros(2)), free, "upper", what=what)
     return found, found.pose.axes @ local
+
+
+def _held_turn(axes: Vectors, turned: Vectors) -> Vectors:
+    """Return the zone's frame (3, 3) turned to the exact place that a further datum holds.
+
+    A drawing says by its picture how the zone stands to the secondary datum: the next multiple of 15 degrees.
+    A feature that is 3 degrees and more off all of them keeps its own turn.
+    """
+    step = np.radians(15.0)
+    turn = float(np.arctan2(turned[:, 0] @ axes[:, 1], turned[:, 0] @ axes[:, 0]))
+    exact = step * round(turn / step)
+    if abs(turn - exact) > np.radians(3.0):
+        return turned
+    return frame_about(axes[:, 2], np.cos(exact) * axes[:, 0] + np.sin(exact) * axes[:, 1])

@@ -59,3 +59,19 @@ def test_median_line_upright_between_two_planes(seed):
     found = orientation(line, "perpendicularity", datum, feature="line", zone="planes")
     assert found.value == pytest.approx(strip_width(line[:, :2]), abs=1e-12)
     assert found.certified
+
+
+@pytest.mark.parametrize("angle", [90.0, 30.0])
+def test_a_secondary_datum_holds_the_turn_of_the_zone(angle):
+    """A face that is flat and at its angle to A, but turned by 1 mrad against B: 0.08 over its 80 mm."""
+    wall = np.column_stack([FLOOR[:, 0], np.full(49, -50.0), FLOOR[:, 1] + 40.0])
+    floor = DatumFeature("A", "plane", FLOOR, hint=np.array([0, 0, -1.0]))
+    side = DatumFeature("B", "plane", wall, hint=np.array([0, -1.0, 0]))
+    radian = np.radians(angle)
+    normal = np.array([np.sin(radian), 0.0, np.cos(radian)])
+    along = np.array([np.cos(radian), 0.0, -np.sin(radian)])
+    across, depth = FLOOR[:, 1], 0.001 * FLOOR[:, 1]
+    face = np.outer(FLOOR[:, 0], along) + np.outer(across, [0, 1.0, 0]) + np.outer(depth, normal) + 60.0
+    for datums, expected in (([floor], 0.0), ([floor, side], 0.08)):
+        found = orientation(face, "angularity", establish(datums), normal_angle=radian)
+        assert found.value == pytest.approx(expected, abs=1e-4 if len(datums) == 1 else 1e-12)
