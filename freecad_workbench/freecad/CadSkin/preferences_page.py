@@ -7,6 +7,9 @@ The form is ``resources/ui/preferences.ui``. Its widgets: ``workerPython`` (line
 
 from __future__ import annotations
 
+import subprocess
+import tempfile
+import time
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +20,7 @@ from . import engine, preferences
 from .protocol import JobError
 from .qt import QtCore, QtWidgets, translate
 
-__all__ = ["UI_FILE", "PreferencesPage"]
+__all__ = ["UI_FILE", "PreferencesPage", "run_with_events"]
 
 UI_FILE = Path(__file__).resolve().parent / "resources" / "ui" / "preferences.ui"
 
@@ -28,6 +31,37 @@ _WIDGETS = {
     "instances": ("Instances", "value", "setValue"),
     "keepWorker": ("KeepWorker", "isChecked", "setChecked"),
 }
+
+
+def run_with_events(step: list[str], *, timeout: float, env: dict[str, str], **_options: Any) -> Any:
+    """Run a program as `subprocess.run` does, while the window stays alive.
+
+    Parameters
+    ----------
+    step : list of str
+    timeout : float
+        [s].
+    env : dict
+
+    Raises
+    ------
+    OSError
+        It cannot be started.
+    subprocess.TimeoutExpired
+    """
+    deadline = time.monotonic() + timeout
+    with tempfile.TemporaryFile() as output:
+        process = subprocess.Popen(step, stdin=subprocess.DEVNULL, stdout=output, stderr=output, env=env)
+        while process.poll() is None:
+            QtCore.QCoreApplication.processEvents()
+            time.sleep(0.02)
+            if time.monotonic() > deadline:
+                process.kill()
+                process.wait()
+                raise subprocess.TimeoutExpired(step, timeout)
+        output.seek(0)
+        printed = output.read()
+    return subprocess.CompletedProcess(step, process.returncode, printed, b"")
 
 
 class PreferencesPage:
@@ -83,7 +117,7 @@ class PreferencesPage:
             self._say(translate("Nothing was installed."))
             return
         try:
-            info = self._busy(lambda: preferences.create_environment(consent=True))
+            info = self._busy(lambda: preferences.create_environment(consent=True, run=run_with_events))
         except JobError as error:
             self._say(str(error))
             return
@@ -91,12 +125,13 @@ class PreferencesPage:
         self._say(info.text)
 
     def _busy(self, work: Any) -> Any:
-        application = QtWidgets.QApplication
-        application.setOverrideCursor(QtCore.Qt.WaitCursor)
+        """Do something that takes long; the buttons cannot be pressed again meanwhile."""
+        self._say(translate("Please wait..."))
+        self.form.setEnabled(False)
         try:
             return work()
         finally:
-            application.restoreOverrideCursor()
+            self.form.setEnabled(True)
 
     def _say(self, text: str) -> None:
         self._widget("versionsLabel").setText(text)

@@ -1,11 +1,13 @@
 """The preferences page: filled, tested, saved; the environment is made with consent only."""
 
+import os
+import subprocess
 import unittest
 from unittest import mock
 
 import FreeCADGui
 from freecad.CadSkin import preferences, preferences_page
-from freecad.CadSkin.qt import QtWidgets
+from freecad.CadSkin.qt import QtCore, QtWidgets
 from freecad.CadSkin.tests.support import python_for_scripts
 
 
@@ -70,8 +72,21 @@ class PageTest(unittest.TestCase):
             mock.patch.object(preferences, "create_environment", return_value=info) as made,
         ):
             self.press("createButton")
-        self.assertEqual(made.call_args[1], {"consent": True})
+        self.assertTrue(made.call_args[1]["consent"])
         self.assertEqual(self.page.python(), "/new/python")
+
+    def test_the_window_stays_alive_while_packages_are_installed(self):
+        ticks = []
+        timer = QtCore.QTimer()
+        timer.timeout.connect(lambda: ticks.append(1))
+        timer.start(20)
+        step = [python_for_scripts(), "-c", "import sys, time; time.sleep(0.5); print('said'); sys.exit(3)"]
+        done = preferences_page.run_with_events(step, timeout=30, env=dict(os.environ))
+        self.assertEqual((done.returncode, done.stdout.strip()), (3, b"said"))
+        self.assertGreater(len(ticks), 5)
+        with self.assertRaises(subprocess.TimeoutExpired):
+            step[-1] = "import time; time.sleep(60)"
+            preferences_page.run_with_events(step, timeout=0.3, env=dict(os.environ))
 
     def test_the_page_is_known_to_freecad(self):
         self.assertIn("CadSkinWorkbench", FreeCADGui.listWorkbenches())
