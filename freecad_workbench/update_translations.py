@@ -24,7 +24,7 @@ _END, _TRANSLATION, _SOURCE, _CONTEXT, _COMMENT = 1, 3, 6, 7, 8
 
 
 def marked_texts():
-    """Return the (context, text) pairs of the code, of the lists that are shown, and of the preferences page."""
+    """Return the (context, text) pairs of the code, the lists that are shown, and the preferences page."""
     found = set()
     for path in sorted(PACKAGE.rglob("*.py")):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):

@@ -14,7 +14,6 @@ import unittest
 from pathlib import Path
 
 import FreeCAD
-import FreeCADGui
 from PySide import QtCore
 
 HERE = Path(os.path.abspath(FreeCAD.__file__ if "__file__" not in globals() else __file__)).parent
@@ -28,16 +27,6 @@ def failures_of(result):
     ]
 
 
-def arrange_window():
-    """Show the tree and the panels, hide the consoles: as a user has it, and with room for the pictures."""
-    from freecad.CadSkin.qt import QtWidgets
-
-    wanted = {"Combo View": True, "Model": True, "Tasks": True, "Python console": False, "Report view": False}
-    for dock in FreeCADGui.getMainWindow().findChildren(QtWidgets.QDockWidget):
-        if dock.objectName() in wanted:
-            dock.setVisible(wanted[dock.objectName()])
-
-
 def run():
     """Run all tests, write the result and end FreeCAD."""
     started = time.monotonic()
@@ -45,7 +34,6 @@ def run():
     summary = {"ran": 0, "skipped": 0, "failures": [], "freecad": ".".join(FreeCAD.Version()[:3])}
     try:
         sys.path[:0] = [str(HERE / "gui"), str(HERE), str(HERE.parents[1] / "freecad_workbench" / "freecad")]
-        arrange_window()
         with (OUT / "tests.txt").open("w", encoding="utf-8") as stream:
             suite = unittest.defaultTestLoader.discover(str(HERE / "gui"), os.environ["CADSKIN_GUI_PATTERN"])
             result = unittest.TextTestRunner(stream=stream, verbosity=2).run(suite)

@@ -17,6 +17,13 @@ def write():
     for name in ("RecoveryEnabled", "AutoSaveEnabled", "CreateBackupFiles"):
         document.SetBool(name, False)
     FreeCAD.ParamGet(BASE + "Addons").SetBool("AutoCheck", False)
+    report = FreeCAD.ParamGet(BASE + "OutputWindow")
+    for name in (
+        "checkShowReportViewOnWarning",
+        "checkShowReportViewOnError",
+        "checkShowReportViewOnNormalMessage",
+    ):
+        report.SetBool(name, False)
     FreeCAD.ParamGet(BASE + "MainWindow").SetBool("PythonWordWrap", True)
     FreeCAD.saveParameter()
 

@@ -116,7 +116,7 @@ def keep_pictures(out, folder):
     """Copy the pictures of the tutorial, made smaller, into a folder of the documentation."""
     for picture in sorted(out.glob("tutorial_*.png")):
         target = folder / picture.name.replace("tutorial", "freecad")
-        command = ["convert", str(picture), "-resize", "1000x", "-colors", "160", "-strip", str(target)]
+        command = ["convert", str(picture), "-resize", "1000x", "-strip", str(target)]
         subprocess.run(command, check=True, timeout=60)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 from typing import Any
 
 import FreeCAD
@@ -89,6 +88,9 @@ class Probe:
         self._root = coin.SoType.fromName("SoSkipBoundingGroup").createInstance()
         self._root.addChild(self._labels)
         obj.ViewObject.RootNode.addChild(self._root)
+        self._selectable = obj.ViewObject.Selectable
+        obj.ViewObject.Selectable = False  # a click reads, and does not select
+        FreeCADGui.Selection.clearSelection()
         self._callbacks = [
             (kind, self._view.addEventCallback(kind, function))
             for kind, function in (
@@ -107,6 +109,7 @@ class Probe:
         self._callbacks = []
         try:
             self.obj.ViewObject.RootNode.removeChild(self._root)
+            self.obj.ViewObject.Selectable = self._selectable
         except (RuntimeError, ReferenceError, AttributeError):
             return  # the document is closed
 
@@ -115,17 +118,8 @@ class Probe:
             QtCore.QTimer.singleShot(0, stop_probe)
 
     def _on_button(self, event: dict[str, Any]) -> None:
-        if event.get("Button") != "BUTTON1":
-            return
-        if event.get("State") == "DOWN":
+        if event.get("Button") == "BUTTON1" and event.get("State") == "DOWN":
             self.read_at(event["Position"])
-        else:
-            QtCore.QTimer.singleShot(0, self._unselect)
-
-    def _unselect(self) -> None:
-        """Take back that the click has selected the skin model: the frame would lie over the labels."""
-        with contextlib.suppress(ReferenceError, RuntimeError):
-            FreeCADGui.Selection.removeSelection(self.obj)
 
     def read_at(self, pixel: Any) -> Reading | None:
         """Read the value at a place of the view, pin a label there, and write it to the report view."""

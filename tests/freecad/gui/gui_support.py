@@ -77,6 +77,14 @@ def xdotool(*arguments):
     subprocess.run(["xdotool", *arguments], check=True, timeout=10)
 
 
+def arrange_window():
+    """Show the tree and the panels, hide the consoles: as a user has it, and with room for the pictures."""
+    wanted = {"Combo View": True, "Model": True, "Tasks": True, "Python console": False, "Report view": False}
+    for dock in FreeCADGui.getMainWindow().findChildren(QtWidgets.QDockWidget):
+        if dock.objectName() in wanted:
+            dock.setVisible(wanted[dock.objectName()])
+
+
 def press(button):
     """Press a button with the real mouse, once its panel has unfolded and stands still."""
     places = []
@@ -156,6 +164,7 @@ class GuiTest(unittest.TestCase):
         """Make a document."""
         FreeCADGui.activateWorkbench("CadSkinWorkbench")
         self.document = FreeCAD.newDocument("Gui")
+        arrange_window()
         process_events()
 
     def tearDown(self):

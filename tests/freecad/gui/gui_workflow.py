@@ -114,6 +114,7 @@ class WorkflowTest(GuiTest):
         click((50, 30, 10))
         found = probe.active_probe().readings
         assert len(found) == 2
+        assert not FreeCADGui.Selection.getSelection()
         result = skins.result(skin)
         for reading in found:
             values = result.face_deviation(reading.face)

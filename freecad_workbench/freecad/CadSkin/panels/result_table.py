@@ -12,31 +12,34 @@ from .base import shown_name, symbol_of
 __all__ = ["place_of", "result_rows", "verdict"]
 
 
-def result_rows(rows: list[dict[str, Any]], labels: dict[str, str]) -> list[tuple[list[str], str, str]]:
+def result_rows(
+    rows: list[dict[str, Any]], names: dict[str, tuple[str, str]]
+) -> list[tuple[list[str], str, str]]:
     """Return the rows of a table: tolerance, value of limit, pass or fail; with kind and tooltip.
 
     Parameters
     ----------
     rows : list of dict
         ``id characteristic value limit ok certified reason`` each.
-    labels : dict
-        What the tolerance of an id is called in the tree.
+    names : dict
+        (Faces, label) of the tolerance of an id.
     """
-    return [_row(row, labels) for row in rows]
+    return [_row(row, names) for row in rows]
 
 
-def _row(row: dict[str, Any], labels: dict[str, str]) -> tuple[list[str], str, str]:
+def _row(row: dict[str, Any], names: dict[str, tuple[str, str]]) -> tuple[list[str], str, str]:
     name, ok = row["characteristic"], row.get("ok")
-    symbol = symbol_of(name)
-    label = labels.get(row["id"]) or place_of(str(row["id"])) or shown_name(name)
+    symbol = symbol_of(name) or shown_name(name)
+    place = place_of(str(row["id"]))
+    faces, label = names.get(row["id"], (place, " ".join((shown_name(name), place)).strip()))
     mark, kind = {True: ("✓", "good"), False: ("✗", "bad")}.get(ok, ("?", "caution"))
-    tip = [label, f"{shown_name(name)}: {format_deviation(row.get('value'))}"]
+    tip = [label, f"{shown_name(name)} {faces}: {format_deviation(row.get('value'))}"]
     tip.append(f"{translate('limit')}: {format_deviation(row.get('limit'))}")
     if row.get("certified"):
         tip.append(translate("the value is proved"))
     if row.get("reason"):
         tip.append(str(row["reason"]))
-    return [f"{symbol} {label}".strip(), _value_of_limit(row), mark], kind, "\n".join(tip)
+    return [f"{symbol} {faces}".strip(), _value_of_limit(row), mark], kind, "\n".join(tip)
 
 
 def place_of(identifier: str) -> str:

@@ -8,6 +8,7 @@ from typing import Any
 from .. import api
 from .. import skin as skins
 from ..colormap import format_deviation
+from ..faces import face_numbers
 from ..qt import QtCore, QtWidgets, translate
 from .base import BOX_MARGINS, alive, fill_table, length_box, open_panel, plain_table, row_form, silent
 from .job_panel import JobPanel
@@ -173,5 +174,11 @@ class SkinPanel(JobPanel):
             f"{format_deviation(lowest, signed=True)} … {format_deviation(highest, signed=True)}\n"
             f"RMS {format_deviation(rms)}\n{sentence}"
         )
-        labels = {item.Name: item.Label for item in self.obj.Tolerances}
-        fill_table(self.table, result_rows(rows, labels))
+        names = {item.Name: (_faces_of(item), item.Label) for item in self.obj.Tolerances}
+        fill_table(self.table, result_rows(rows, names))
+
+
+def _faces_of(item: Any) -> str:
+    """Return the faces of a tolerance in a few letters: ``Face7``, ``Face1+3``, ``Face1+3 …``."""
+    numbers = [str(number) for number in face_numbers(item)] if hasattr(item, "Faces") else []
+    return "Face" + "+".join(numbers[:2]) + (" …" if len(numbers) > 2 else "") if numbers else item.Label

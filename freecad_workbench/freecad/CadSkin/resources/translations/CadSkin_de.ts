@@ -156,6 +156,10 @@
    <translation>Flächen wählen</translation>
   </message>
   <message>
+   <source>Please wait...</source>
+   <translation>Bitte warten...</translation>
+  </message>
+  <message>
    <source>Profile of any surface [mm]</source>
    <translation>Flächenprofil [mm]</translation>
   </message>
