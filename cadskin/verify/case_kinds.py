@@ -71,6 +71,11 @@ def form_case(case: Case) -> Evaluation:
         reference = sided
     if characteristic == "straightness" and reference == "MC":
         reference = "MZ"  # the smallest enclosing cylinder is the minimum zone of a line in space
+    if re.search(r"fixed angle", f"{wanted.text} {case.get('association', '')}".lower()):
+        raise SpecificationError(
+            f"case {case.id}: conicity is about a cone of free angle; ask for the profile of a surface of a "
+            "nominal cone where the angle is exact"
+        )
     points = case.only()
     options = _form_options(case, characteristic)
     if wanted.what in ("radius", "diameter", "angle", "half angle", "two point"):

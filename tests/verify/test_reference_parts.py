@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -97,3 +100,25 @@ def test_written_parts_are_read_and_evaluate_to_the_value(array_box, tmp_path):
 def test_bad_requests(array_box, arguments, error, text):
     with pytest.raises(error, match=text):
         reference_part(array_box, BOX, *arguments)
+
+
+def run(*words):
+    command = [sys.executable, "-m", "cadskin.cli.main", *map(str, words)]
+    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
+
+
+@pytest.mark.slow
+def test_command_makes_parts_of_a_step_file(tmp_path):
+    """From the shell: parts of the example bracket, evaluated by the shell again."""
+    parts = Path(__file__).resolve().parents[2] / "examples" / "parts"
+    cad, spec = parts / "bracket.step", parts / "bracket.spec.toml"
+    out = tmp_path / "out"
+    wish = ("--characteristic", "parallelism", "--value", 0.05, "--part", cad, "--spec", spec, "--seed", 1)
+    done = run("reference", *wish, "-o", out)
+    assert done.returncode == 0, done.stderr
+    checked = run("verify", out / "part_0000.npz", "--of", cad, "--spec", out / "spec.toml", "--json")
+    found = json.loads(checked.stdout)["evaluations"]["parallelism-1"]
+    assert found["value"] == pytest.approx(0.05, abs=1e-12)
+    missing = run("reference", "--characteristic", "symmetry", "--value", 0.1, "--part", cad, "--spec", spec)
+    assert missing.returncode == 2
+    assert "no tolerance of type 'symmetry'" in missing.stderr
