@@ -10,6 +10,7 @@ import numpy as np
 from cadskin.errors import SpecificationError
 from cadskin.shape.association import Pose, frame_about
 from cadskin.shape.ideal import Cylinder, Plane, Sphere
+from cadskin.spec.datums import DatumModifier, DatumSystem
 from cadskin.spec.modifiers import MATERIAL_MODIFIERS
 from cadskin.verify.contacts import target_contact
 from cadskin.verify.datums import DatumFeature, DatumFrame, Standard, establish
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from cadskin.verify.boundary import Requirement
     from cadskin.verify.extraction import MadePart
 
-__all__ = ["Placement", "mobile_references", "placement", "requirement_of"]
+__all__ = ["Placement", "mobile_references", "oriented_placement", "placement", "requirement_of"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +42,9 @@ class Placement:
     frame : Pose
         The actual datum frame: the pose whose free motions are optimised.
     free : tuple of str
+    indicated : ((3,) float, bool), optional
+        From an orientation plane indicator: direction of its datum on the nominal part, and whether the
+        planes of the zone are normal to it (else they hold it).
     """
 
     actual: DatumFrame | None
@@ -48,6 +52,7 @@ class Placement:
     frame: Pose
     nominal_frame: Pose
     free: tuple[str, ...]
+    indicated: tuple[Vectors, bool] | None = None
 
     @classmethod
     def everywhere(cls) -> Placement:
@@ -66,6 +71,17 @@ class Placement:
     def turned(self, direction: Vectors) -> Vectors:
         """Return a nominal direction (3,) in coordinates of the frame."""
         return self.nominal_frame.axes.T @ np.asarray(direction)
+
+    def zone_normal(self, axis: Vectors) -> Vectors | None:
+        """Return the normal (3,) of two planes around a line of direction ``axis``, on the nominal part."""
+        if self.indicated is None:
+            return None
+        direction, along = self.indicated
+        normal = direction if along else np.cross(axis, direction)
+        length = float(np.linalg.norm(normal))
+        if length < 1e-9 or (along and abs(float(axis @ direction)) > 1e-6):
+            raise SpecificationError("the orientation plane leaves the zone of this axis open")
+        return np.asarray(normal / length)
 
     @property
     def certified(self) -> bool:
@@ -107,6 +123,50 @@ def placement(part: MadePart, tolerance: Tolerance, spec: Specification, standar
     key = ("datums", tuple(reference.text() for reference in fixed), faces, standard)
     nominal = part.geometry.of_nominal(key, of_nominal)
     return Placement(actual, nominal, _aligned(actual, nominal), nominal.pose, actual.free)
+
+
+def oriented_placement(
+    part: MadePart, tolerance: Tolerance, spec: Specification, standard: Standard
+) -> Placement:
+    """Return the placement of a tolerance whose zone an orientation plane turns (ISO 1101).
+
+    The datum of the indicator joins the datum system for orientation only, where it is not in it.
+
+    Raises
+    ------
+    SpecificationError
+        An inclined plane, or one whose datum leaves it free to turn.
+    """
+    indicator = tolerance.indicator("orientation_plane")
+    if indicator is None or tolerance.zone.shape != "width":
+        return placement(part, tolerance, spec, standard)
+    if indicator.relation not in ("parallel", "perpendicular"):
+        raise SpecificationError(
+            f"tolerance {tolerance.id}: an orientation plane {indicator} is not supported"
+        )
+    if indicator.direction is not None:
+        place = placement(part, tolerance, spec, standard)
+        direction, axial = np.array(indicator.direction), False
+    else:
+        only = (DatumModifier("ORIENTATION"),)
+        added = [
+            replace(reference, modifiers=(*reference.modifiers, *only))
+            for reference in indicator.datums.references
+            if reference.label not in tolerance.datums.labels
+        ]
+        system = DatumSystem((*tolerance.datums.references, *added))
+        place = placement(part, replace(tolerance, datums=system), spec, standard)
+        datum = spec.datum(indicator.datums.letters[0]).feature
+        ideal = part.features(datum.faces)[0].ideal
+        axial = not isinstance(ideal, Plane)
+        direction = np.asarray(ideal.axis if axial else ideal.normal)  # type: ignore[union-attr]
+    if {"rx", "ry", "rz"} & set(place.free):
+        raise SpecificationError(
+            f"tolerance {tolerance.id}: its datums and the orientation plane {indicator} leave the zone free "
+            "to turn; add a datum"
+        )
+    along = axial == (indicator.relation == "perpendicular")
+    return replace(place, indicated=(direction / np.linalg.norm(direction), along))
 
 
 def _is_group(part: MadePart, reference: DatumReference, spec: Specification) -> bool:

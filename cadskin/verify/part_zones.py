@@ -10,6 +10,7 @@ import numpy as np
 from cadskin.errors import SpecificationError
 from cadskin.shape.association import Pose, associate, frame_about
 from cadskin.shape.ideal import Cone, Cylinder, Plane, Sphere, Torus
+from cadskin.verify.evaluation import Evaluation
 from cadskin.verify.extraction import axial_sections, ring_sections
 from cadskin.verify.location import Target, position
 from cadskin.verify.orientation import orientation
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
     from cadskin.shape import Feature
     from cadskin.shape.association import Patch
     from cadskin.spec import Tolerance
-    from cadskin.verify.evaluation import Evaluation
     from cadskin.verify.extraction import MadePart
     from cadskin.verify.part_datums import Placement
 
@@ -49,6 +49,9 @@ def part_orientation(
             raise refusal(tolerance, feature)
         line = derived_line(tolerance, part, faces, place, sections)
         angle = _angle(feature.ideal.axis, datum)  # type: ignore[union-attr]
+        across = place.zone_normal(feature.ideal.axis)  # type: ignore[union-attr]
+        if across is not None:
+            return _between_planes(line, name, place, across)
         if tolerance.zone.shape == "diameter":
             return orientation(line, name, place.actual, feature="line", zone="cylinder", normal_angle=angle)
         exact = angle if place.nominal.datums[0].kind == "cylinder" else 0.5 * np.pi - angle
@@ -63,6 +66,24 @@ def part_orientation(
             return replace(found, operations=words)
         return found
     raise refusal(tolerance, feature)
+
+
+def _between_planes(line: Points, name: str, place: Placement, across: Vectors) -> Evaluation:
+    """Return the distance of two planes of a stated direction around a line."""
+    normal = place.frame.axes @ place.turned(across)
+    heights = line @ normal
+    high, low = int(np.argmax(heights)), int(np.argmin(heights))
+    width = float(heights[high] - heights[low])
+    return Evaluation(
+        characteristic=name,
+        value=width,
+        quantity=f"{name}, distance of the zone",
+        certified=place.certified,
+        n_points=len(line),
+        zone={"kind": "two parallel planes", "width": width, "direction": normal, "point": line[low]},
+        active=(high, low),
+        operations=(*place.operations(), "extraction: the given points", "filtration: none"),
+    )
 
 
 def derived_line(
@@ -149,6 +170,9 @@ def _target(
     if isinstance(feature.ideal, Cylinder | Cone):
         line = derived_line(tolerance, part, faces, place, sections)
         origin = feature.ideal.origin if isinstance(feature.ideal, Cylinder) else feature.ideal.apex
+        across = place.zone_normal(feature.ideal.axis)
+        if across is not None:
+            return Target(line, place.in_frame(origin), place.turned(across), "plane")
         return Target(line, place.in_frame(origin), place.turned(feature.ideal.axis), "line")
     _refuse_projected(tolerance, feature)
     if isinstance(feature.ideal, Sphere):

@@ -23,6 +23,7 @@ _ANYWHERE = ("COMMON_ZONE", "SEPARATE_ZONE", "FREE_STATE", "UNITED_FEATURE", "ST
 _TANGENT = ("TANGENT_PLANE", "ASSOCIATED_TANGENT_FEATURE")
 _CUT = ("intersection_plane", "collection_plane")
 _INDICATORS = {"straightness": _CUT, "line_profile": _CUT}
+_TURNED = ("orientation_plane", "collection_plane")
 _DATUM = ("MAXIMUM_MATERIAL_REQUIREMENT", "LEAST_MATERIAL_REQUIREMENT", "ORIENTATION", "FREE_STATE")
 
 
@@ -54,7 +55,7 @@ def refuse_unknown(tolerance: Tolerance) -> None:
     found += [
         f"a {indicator.kind.replace('_', ' ')}"
         for indicator in tolerance.indicators
-        if indicator.kind not in _INDICATORS.get(tolerance.type, ("collection_plane",))
+        if indicator.kind not in _INDICATORS.get(tolerance.type, _others(tolerance))
     ]
     for reference in tolerance.datums.references:
         words = [*reference.modifiers, *(word for one in reference.element_modifiers for word in one)]
@@ -65,6 +66,13 @@ def refuse_unknown(tolerance: Tolerance) -> None:
         raise SpecificationError(
             f"tolerance {tolerance.id} ({tolerance.type}): {', '.join(found)} is not supported"
         )
+
+
+def _others(tolerance: Tolerance) -> tuple[str, ...]:
+    """Return the indicators of a tolerance that is none of lines: an axis between planes can be turned."""
+    group = tolerance.characteristic.group
+    turned = group in ("orientation", "location") and tolerance.feature.derived == "axis"
+    return _TURNED if turned and tolerance.zone.shape == "width" else ("collection_plane",)
 
 
 def _known_tangents(tolerance: Tolerance) -> tuple[str, ...]:

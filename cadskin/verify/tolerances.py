@@ -13,7 +13,7 @@ from cadskin.spec.indicators import section_normal
 from cadskin.verify.evaluation import Evaluation
 from cadskin.verify.members import Members, members_of
 from cadskin.verify.mobility import with_mobility
-from cadskin.verify.part_datums import Placement, mobile_references, placement
+from cadskin.verify.part_datums import Placement, mobile_references, oriented_placement, placement
 from cadskin.verify.part_form import part_form, worst
 from cadskin.verify.part_lines import part_line_profile
 from cadskin.verify.part_material import with_material
@@ -159,7 +159,7 @@ def _against_datums(
 ) -> tuple[Evaluation, Placement, list[Members]]:
     """Evaluate a tolerance with datums, each member by itself or all together."""
     group = tolerance.characteristic.group
-    place = placement(part, tolerance, spec, standard)
+    place = oriented_placement(part, tolerance, spec, standard)
     if is_lower_segment(tolerance, _parent(tolerance, spec)):
         place = place.with_translations()
     one_zone = tolerance.zone.combined is not False if group == "location" else tolerance.zone.combined

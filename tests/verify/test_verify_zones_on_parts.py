@@ -176,3 +176,27 @@ def test_boundary_and_bonus_can_disagree(plate, lobes, bonus_method):
     nearest = np.linalg.norm(points[wall, :2], axis=1).min()
     assert found.details["virtual_boundary_violation"] == pytest.approx(4.975 - nearest, abs=1e-9)
     assert "bonus" not in verify(surface, spec, nominal=plate).evaluations[0][1].details
+
+
+@pytest.mark.parametrize("make", [position, perpendicularity])
+@pytest.mark.parametrize(("relation", "lean"), [("parallel B", 0.02), ("perpendicular B", 0.01)])
+def test_an_orientation_plane_turns_the_zone_of_an_axis(plate, make, relation, lean):
+    """The hole leans by 0.01 along x and by 0.02 along y; B is the wall of normal y."""
+    hole, floor = named(plate)
+    front = next(f.index for f in plate.faces if f.kind == "plane" and f.normal[1] < -0.5)
+    points = np.array(plate.surface.points)
+    wall = plate.feature_of(hole).vertex_ids
+    height = points[wall, 2] - points[wall, 2].mean()
+    points[wall, :2] += height[:, None] * [0.01, 0.02]
+    tolerance = make(hole, 1.0, derived="axis", datums="A", orientation_plane=relation)
+    found = value_of(plate, plate.surface.with_points(points), tolerance, A=floor, B=front)
+    # Position is free to shift with A alone, so that it too sees the lean only, over the inner 9 mm.
+    assert found.value == pytest.approx(9.0 * lean, rel=0.03)
+    assert any("orientation only" in step for step in found.operations)
+
+
+def test_an_orientation_plane_that_holds_nothing_is_refused(plate):
+    hole, floor = named(plate)
+    tolerance = position(hole, 1.0, derived="axis", datums="A", orientation_plane="parallel A")
+    spec = Specification(tolerance, datums={"A": floor}, checked=False)
+    assert "free to turn" in verify(plate.surface, spec, nominal=plate).unresolved[0][1]
