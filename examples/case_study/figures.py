@@ -67,7 +67,9 @@ def _gibbs(path: Path, m: Material) -> Path:
     titles = ["Nominal bottom plane"] + [
         f"Gibbs {k}: flatness {z.minimum:.3f}, PCA zone {z.pca:.3f} mm" for k, z in enumerate(found, 1)
     ]
-    return cs.sheet(path, [m.bottom, *m.gibbs], titles, view=BELOW, columns=2, tile=TILE, unit="mm")
+    return cs.sheet(
+        path, [m.bottom, *m.gibbs], titles, view=BELOW, columns=2, tile=TILE, unit="mm", exaggeration=5
+    )
 
 
 def _scanned(path: Path, m: Material) -> Path:
@@ -86,7 +88,9 @@ def _scanned(path: Path, m: Material) -> Path:
 
 def _systematic(path: Path, m: Material) -> Path:
     titles = ["Ellipsoid", "Ellipsoid and Gaussian noise"]
-    return cs.sheet(path, [m.ellipsoid, m.both], titles, view=BELOW, columns=2, tile=TILE, unit="mm")
+    return cs.sheet(
+        path, [m.ellipsoid, m.both], titles, view=BELOW, columns=2, tile=TILE, unit="mm", exaggeration=5
+    )
 
 
 def _landmarks(path: Path, m: Material) -> Path:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import t as student
 
 import cadskin as cs
 
@@ -72,6 +73,12 @@ def correlations(scores: np.ndarray, processes: list[DrawingProcess]) -> dict[st
         name: float(np.corrcoef(scores, [getattr(process, name) for process in processes])[0, 1])
         for name in VARIED
     }
+
+
+def chance(size: int) -> float:
+    """Return the correlation that ``size`` unrelated pairs stay below in 95 of 100 cases (Student's t)."""
+    t = float(student.ppf(0.975, size - 2))
+    return t / float(np.sqrt(size - 2 + t * t))
 
 
 def modes_by_printed_rule(model: cs.StatisticalShapeModel, share: float) -> int:

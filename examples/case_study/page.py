@@ -12,7 +12,7 @@ import numpy as np
 import cadskin as cs
 
 from . import part, shapes, skins, training
-from .numbers import FAMILY, Convergence, convergence, correlations, modes_by_printed_rule
+from .numbers import FAMILY, Convergence, chance, convergence, correlations, modes_by_printed_rule
 from .process import MESHES, TRAINING_MESH, VARIED, DrawingProcess
 from .shapes import Analysis
 from .study import Study
@@ -117,6 +117,8 @@ def _parts_by_mesh(study: Study) -> str:
 def verdict(found: Convergence, spread: float) -> str:
     """Say what the meshes tell, beside the standard deviation over the parts [mm]."""
     missing = [name for name in FAMILY if name not in found.flatness]
+    if len(found.flatness) < 2:
+        return "The nominal process was run on one mesh only, which tells nothing of convergence."
     if missing:
         told = f"Without the {' and '.join(missing)} mesh there is no extrapolation."
     elif found.limit is None or found.order is None or found.uncertainty is None:
@@ -178,6 +180,7 @@ def _modes(study: Study) -> dict[str, Any]:
         "total_sigma": _um(float(np.sqrt(model.total_variance))),
         "mode_table": _table(head, rows),
         "rule_table": _table(["eps", "modes kept, as printed", "modes kept by cadskin"], rules),
+        "by_chance": chance(len(study.parts)),
         "correlations": ", ".join(f"{_words(name)} {value:+.2f}" for name, value in related.items()),
     }
 

@@ -14,6 +14,7 @@ from scipy.interpolate import CloughTocher2DInterpolator
 from scipy.spatial.transform import Rotation
 
 import cadskin as cs
+from cadskin.conform.flat import flatness_bounds
 from cadskin.stats import (
     Conformity,
     LandmarkGrid,
@@ -164,8 +165,10 @@ def _flatness_by_table(model: cs.StatisticalShapeModel) -> Callable[[np.ndarray]
     nominal = model.nominal
     if model.n_modes > 1:
         return lambda fields: np.array([field_flatness(nominal, field) for field in fields])
+    places = nominal.surface.points[nominal.samples.vertex_ids]
+    normal = nominal.features[0].normals[0]
     table = np.linspace(-8, 8, 65)
-    values = [field_flatness(nominal, model.instance({1: b})) for b in table]
+    values = [flatness_bounds(places, normal, model.instance({1: b}))[1] for b in table]
     return lambda fields: np.interp(
         ((fields - model.mean) * model.weights) @ model.modes[0] / model.sigmas[0], table, values
     )
