@@ -80,6 +80,7 @@ def _simulate(request: Request, context: Context) -> dict[str, Any]:
     size = request.count("size", 1, least=1)
     seed = request.count("seed", 0)
     spec, said = _specification(request)
+    policies = _policies(request.options.get("conform", "conditioned"))
     nominal = context.parts.nominal(request, context.stage(0.0, 0.4, "meshing the part"))
     bound = _bound(spec, nominal)
     fitting = context.stage(0.4, 0.5, "matching the process to the tolerances")
@@ -92,7 +93,7 @@ def _simulate(request: Request, context: Context) -> dict[str, Any]:
         spec=bound,
         size=size,
         rng=seed,
-        conform=_policies(request.options.get("conform", "conditioned")),
+        conform=policies,
         progress=context.stage(0.5, 0.8, "drawing parts"),
     )
     corners = write_skin(request.folder, lot)
@@ -148,12 +149,12 @@ def _bound(spec: Specification, nominal: NominalModel) -> Specification:
     return spec.bind(nominal)
 
 
-def _policies(given: Any) -> dict[str, Conformity] | str:
+def _policies(given: Any) -> dict[str, Conformity] | Conformity:
     """Return the policies: a name, or a table of tolerance id to a name or to the value [mm] it takes."""
     from cadskin.conform import Conformity, target
 
     if isinstance(given, str):
-        return given
+        return Conformity(given)  # type: ignore[arg-type]
     if not isinstance(given, dict):
         raise RequestError(f"conform must be a name or a table, got {given!r}")
     return {

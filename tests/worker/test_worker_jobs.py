@@ -66,7 +66,7 @@ def test_a_wish_for_larger_deviations_is_heard(jobs):
 
 
 def test_without_tolerances_the_general_one_by_size_is_taken_and_said(jobs):
-    done = jobs.run()
+    done = jobs.run(edge_length=6.0)
     assert "profile of 0.1 mm" in done["warnings"][0]
     assert len(jobs.result()["instances"][0]["tolerances"]) == 7
 
