@@ -128,7 +128,7 @@ def test_mean_modes_and_prediction(analysis):
     assert min(flat[-2], flat[2]) < flat[0] < max(flat[-2], flat[2])
     assert abs(flat[2] - flat[-2]) > np.std(analysis.flatness)
     assert analysis.left_out[1] < analysis.left_out[0]
-    assert analysis.conformity.low <= analysis.conformity.probability <= analysis.conformity.high
+    assert analysis.conformity.counted == (analysis.flatness <= skins.FLATNESS).sum()
     assert len(analysis.grid.cells) == 220
 
 
@@ -151,7 +151,10 @@ def test_richardson_finds_order_and_limit_and_refuses_what_has_none():
         assert numbers.richardson(np.array(values)) == (None, None, None)
         found = numbers.Convergence(dict(zip(numbers.FAMILY, values, strict=True)))
         assert "no meaning" in page.verdict(found, 0.05)
-    assert "Without the coarse and fine mesh" in page.verdict(numbers.Convergence({"medium": 0.4}), 0.05)
+    assert "Without the coarse and fine mesh" in page.verdict(
+        numbers.Convergence({"quick": 0.5, "medium": 0.4}), 0.05
+    )
+    assert "one mesh only" in page.verdict(numbers.Convergence({"medium": 0.4}), 0.05)
 
 
 def test_the_page_and_its_pictures_are_there():
