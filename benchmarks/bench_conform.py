@@ -47,7 +47,7 @@ from cadskin.spec import Specification, flatness  # noqa: E402
 
 LENGTH, LIMIT = 12.0, 0.3
 SPEC = Specification(flatness(0, LIMIT))
-SHARES = {2400: (0.8, 1.0, 1.2, 1.4, 1.7, 2.5), 100_000: (1.0, 1.2, 2.5)}
+SHARES = {2400: (0.8, 1.0, 1.2, 1.4, 1.7, 2.5), 100_000: (1.0, 1.2)}
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "conditioned_sampling.md"
 
 
@@ -133,10 +133,10 @@ def rows(count: int, seconds: float) -> list[str]:
         sampler = prepare_conforming(part, model, SPEC)
         fields(sampler, 0.0)
         cost, names = fields(sampler, seconds)
-        few = max(8, min(400 if count < 10_000 else 48, int(1e3 * seconds / cost)))
+        few = max(8, min(200 if count < 10_000 else 32, int(1e3 * seconds / cost)))
         raw = parts(part, model, count=few, check=False)
         checked = parts(part, model, count=few, check=True)
-        accepted = rare_acceptance(route_of(sampler).block, 200 if count < 10_000 else 30)
+        accepted = rare_acceptance(route_of(sampler).block, 100)
         cells = (
             f"{part.surface.n_points}", f"{accepted:.2g}", " or ".join(sorted(names)), f"{cost:.3f}",
             f"{raw:.3f}", f"{checked:.3f}", f"{theirs:.1f}", f"{theirs / cost:.0f}", f"{theirs / raw:.0f}",
