@@ -7,12 +7,24 @@ from typing import Any
 
 from pivy import coin
 
+from .faces import InputError
 from .icons import icon_path
 
-__all__ = ["PlainViewProvider"]
+__all__ = ["PlainViewProvider", "open_or_tell"]
 
 
 _MODE = "Default"
+
+
+def open_or_tell(panel: str, obj: Any) -> bool:
+    """Open a panel after a double click, or say why it cannot be opened."""
+    from .command import tell
+
+    try:
+        import_module(f".panels.{panel}", __package__).show(obj)
+    except InputError as error:
+        tell(str(error))
+    return True
 
 
 class PlainViewProvider:
@@ -49,8 +61,7 @@ class PlainViewProvider:
 
     def doubleClicked(self, view_object: Any) -> bool:
         """Open the panel."""
-        import_module(f".panels.{self.panel}", __package__).show(view_object.Object)
-        return True
+        return open_or_tell(self.panel, view_object.Object)
 
     def dumps(self) -> None:
         """Nothing is stored."""

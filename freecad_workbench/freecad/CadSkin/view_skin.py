@@ -15,6 +15,7 @@ from .legend import Legend
 from .legend_picture import LegendText
 from .qt import QtCore, translate
 from .result import SkinResult
+from .view_base import open_or_tell
 
 __all__ = ["ViewProviderSkin", "attach_view"]
 
@@ -85,10 +86,7 @@ class ViewProviderSkin:
 
     def doubleClicked(self, view_object: Any) -> bool:
         """Open the panel of the skin model."""
-        from .panels import skin as panel
-
-        panel.show(view_object.Object)
-        return True
+        return open_or_tell("skin", view_object.Object)
 
     def refresh(self, view_object: Any) -> None:
         """Draw the result with the settings of now."""

@@ -156,6 +156,10 @@ class PanelTest(GuiTest):
         assert "flatness" in names
         assert "cylindricity" not in names
         assert not panel.datums.isEnabled()
+        panel.obj.Characteristic = "cylindricity"
+        panel.fill_faces()
+        assert panel.table.item(0, 1).text() == "✗ Plane"
+        assert "no meaning" in panel.table.item(0, 1).toolTip()
         panel.characteristic.setCurrentIndex(names.index("perpendicularity"))
         assert panel.datums.isEnabled()
         assert "datum" in panel.status.text()
@@ -218,7 +222,15 @@ class PanelTest(GuiTest):
         with self.assertRaisesRegex(InputError, "another task"):
             skin_panel.show(api.create_skin(box))
         assert base.current() is panel
+        with mock.patch.object(command, "tell") as tell:
+            self.document.getObject("Skin").ViewObject.Proxy.doubleClicked(self.document.Skin.ViewObject)
+        assert "another task" in tell.call_args[0][0]
+        assert base.current() is panel
         panel.reject()
+        FreeCADGui.Control.closeDialog()
+        made = api.add_datum(box, ["Face5"])
+        assert made.ViewObject.Proxy.doubleClicked(made.ViewObject)
+        assert isinstance(base.current(), datum.DatumPanel)
 
     def test_two_jobs_at_once_are_refused_in_the_panel(self):
         box = self.box()

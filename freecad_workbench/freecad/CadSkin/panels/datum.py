@@ -6,7 +6,7 @@ from typing import Any
 
 from .. import datum
 from ..qt import QtWidgets, translate
-from .base import open_panel, row_form
+from .base import make_room, open_panel, row_form
 from .face_list import FaceListPanel
 
 __all__ = ["DatumPanel", "show"]
@@ -14,6 +14,7 @@ __all__ = ["DatumPanel", "show"]
 
 def show(obj: Any) -> DatumPanel:
     """Open the panel; the changes are one step of undo, which Cancel takes back."""
+    make_room()
     if not obj.Document.HasPendingTransaction:
         obj.Document.openTransaction("Edit datum")
     return open_panel(DatumPanel(obj))

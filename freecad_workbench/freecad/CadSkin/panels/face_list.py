@@ -89,7 +89,16 @@ class FaceListPanel(Panel):
         self._show_faces()
         self.check()
 
+    def face_problem(self, _surface: str) -> str | None:
+        """Say why a face with such a surface cannot be used; None where it can."""
+        return None
+
     def _show_faces(self) -> None:
+        self.fill_faces()
+        self.faces_shown()
+
+    def fill_faces(self) -> None:
+        """Fill the table of the faces; those that cannot be used have a cross."""
         part = self.picker.part
         now = faces_now(part) if part_problem(part) is None else []
         rows = []
@@ -99,9 +108,10 @@ class FaceListPanel(Panel):
                 rows.append(([name.lstrip("?"), translate("gone"), "–"], "bad", translate("pick it again")))
             else:
                 face = now[number - 1]
-                rows.append(([name, face.kind, f"{face.area:.4g}"], "", ""))
+                told = self.face_problem(face.kind)
+                surface = f"✗ {face.kind}" if told else face.kind
+                rows.append(([name, surface, f"{face.area:.4g}"], "bad" if told else "", told or ""))
         fill_table(self.table, rows)
-        self.faces_shown()
 
     def problem(self) -> str | None:
         """Say why the object cannot be kept as it is; None where it can."""

@@ -7,10 +7,10 @@ from typing import Any
 from .. import tolerance
 from ..datum import TYPE as DATUM_TYPE
 from ..faces import surfaces_of
-from ..kinds import CHARACTERISTICS, characteristics_for
+from ..kinds import CHARACTERISTICS, characteristics_for, refusal
 from ..objects import objects_of
 from ..qt import QtWidgets, translate
-from .base import length_box, open_panel, row_form, shown_name, silent, symbol_of
+from .base import length_box, make_room, open_panel, row_form, shown_name, silent, symbol_of
 from .face_list import FaceListPanel
 
 __all__ = ["TolerancePanel", "show"]
@@ -21,6 +21,7 @@ _MODELS = ("", "field", "noise", "field:kernel=matern32")
 
 def show(obj: Any) -> TolerancePanel:
     """Open the panel; the changes are one step of undo, which Cancel takes back."""
+    make_room()
     if not obj.Document.HasPendingTransaction:
         obj.Document.openTransaction("Edit tolerance")
     return open_panel(TolerancePanel(obj))
@@ -110,7 +111,12 @@ class TolerancePanel(FaceListPanel):
         obj.Model = self.model.currentText().strip()
         obj.CorrelationLength = self.length.property("rawValue")
         obj.ZoneShare = self.share.value()
+        self.fill_faces()
         self.check()
+
+    def face_problem(self, surface: str) -> str | None:
+        """Say why the characteristic has no meaning on a surface."""
+        return refusal(self.obj.Characteristic, [surface])
 
     def object_problem(self) -> str | None:
         """Say why the tolerance cannot be used."""
