@@ -32,6 +32,7 @@ __all__ = [
     "Requirement",
     "Unsupported",
     "bound_with_general",
+    "datum_features",
     "made_part",
     "moved_part",
     "nominal_part",
@@ -216,7 +217,7 @@ def _piece(
     if not features:
         raise SpecificationError(f"tolerance {tolerance.id}: it is on no face of the part")
     own = blocks.touched(features)
-    datums = blocks.touched(_datum_features(nominal, tolerance, spec))
+    datums = blocks.touched(datum_features(nominal, tolerance, spec))
     flat = None
     minimum = policy.zone == "minimum"
     if (
@@ -242,9 +243,12 @@ def _features(nominal: NominalModel, faces: tuple[int, ...]) -> tuple[Feature, .
     return tuple(found.values())
 
 
-def _datum_features(nominal: NominalModel, tolerance: Tolerance, spec: Specification) -> tuple[Feature, ...]:
-    faces = tuple(face for letter in tolerance.datums.letters for face in spec.datum(letter).feature.faces)
-    return _features(nominal, faces)
+def datum_features(nominal: NominalModel, tolerance: Tolerance, spec: Specification) -> tuple[Feature, ...]:
+    """Return the features that establish the datums of a tolerance, by themselves or by targets on them."""
+    datums = [spec.datum(letter) for letter in tolerance.datums.letters]
+    selections = [datum.feature for datum in datums]
+    selections += [target.feature for datum in datums for target in datum.targets]
+    return _features(nominal, tuple(face for selection in selections for face in selection.faces))
 
 
 def _refuse_meaningless(piece: Requirement, nominal: NominalModel) -> None:
@@ -267,7 +271,7 @@ def _refuse_meaningless(piece: Requirement, nominal: NominalModel) -> None:
 def _refuse_own_datum(tolerance: Tolerance, nominal: NominalModel, spec: Specification) -> None:
     if len(tolerance.datums) != 1 or not tolerance.feature.faces:
         return
-    datums = {feature.id for feature in _datum_features(nominal, tolerance, spec)}
+    datums = {feature.id for feature in datum_features(nominal, tolerance, spec)}
     own = {feature.id for feature in _features(nominal, tolerance.feature.faces)}
     if own <= datums:
         raise SpecificationError(

@@ -128,11 +128,11 @@ def size_models(spec: Specification, nominal: NominalModel, *, scale: float = 1.
     scale : float
         Standard deviations are multiplied by it.
     """
-    return [
-        Randomised(SizeOffset(1.0), "norm", (limits.offset(feature),
-                                             scale * limits.spread)).on(feature.face_indices[0])
-        for feature, limits in _narrowest(spec, nominal)
-    ]  # fmt: skip
+    found: list[DeviationModel] = []
+    for feature, limits in _narrowest(spec, nominal):
+        law = round(limits.offset(feature), 9) + 0.0, float(f"{scale * limits.spread:.6g}")
+        found.append(Randomised(SizeOffset(1.0), "norm", law).on(feature.face_indices[0]))
+    return found
 
 
 def mean_offsets(spec: Specification, nominal: NominalModel) -> Floats:

@@ -118,8 +118,10 @@ def _datum_rows(nominal: NominalModel, spec: Specification) -> Bools:
     fixed = np.zeros(nominal.n_samples, dtype=bool)
     used = {letter for tolerance in spec for letter in tolerance.datums.letters}
     for letter in used:
-        for face in spec.datum(letter).feature.faces:
-            fixed[nominal.feature_of(face).rows] = True
+        datum = spec.datum(letter)
+        for selection in (datum.feature, *(target.feature for target in datum.targets)):
+            for face in selection.faces:
+                fixed[nominal.feature_of(face).rows] = True
     return fixed
 
 

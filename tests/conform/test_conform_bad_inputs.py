@@ -5,6 +5,7 @@ import pytest
 from support.parts import box, thin_wall
 
 from cadskin.conform import prepare_conforming, simulate_conforming
+from cadskin.conform.requirements import datum_features
 from cadskin.deviation import GaussianField, Paraboloid, SizeOffset
 from cadskin.errors import (
     CadskinError,
@@ -15,7 +16,17 @@ from cadskin.errors import (
     SpecificationError,
 )
 from cadskin.skin.simulate import child_seed
-from cadskin.spec import Specification, flatness, parallelism, perpendicularity, position, surface_profile
+from cadskin.spec import (
+    Datum,
+    DatumTarget,
+    Specification,
+    flatness,
+    parallelism,
+    perpendicularity,
+    position,
+    surface_profile,
+)
+from cadskin.spec.selection import as_selection
 
 BOTTOM, TOP, RIGHT = 0, 1, 3
 MODEL = GaussianField(0.01, 50.0)
@@ -134,3 +145,13 @@ def test_parts_that_pass_through_themselves_are_drawn_anew():
 def _thinnest(wall, deviation):
     sides = sorted(wall.features, key=lambda feature: -feature.area)[:2]
     return 0.2 + sum(deviation[side.rows].min() for side in sides)
+
+
+def test_targets_of_a_datum_are_features_behind_its_tolerances(part):
+    """A datum that targets establish couples the faces that carry them."""
+    target = DatumTarget("A1", "point", origin=(1.0, 1.0, 0.0), feature=as_selection(BOTTOM))
+    spec = Specification(
+        parallelism(TOP, 0.05, datums="A"), flatness(RIGHT, 0.05), datums=[Datum("A", targets=(target,))]
+    ).bind(part)  # fmt: skip
+    found = {feature.id for feature in datum_features(part, spec["parallelism-1"], spec)}
+    assert found == {part.feature_of(BOTTOM).id}
