@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, cast, get_args
 
-import numpy as np
 import typer
 
 from cadskin.cli._console import note, print_json, print_table, progress_bar
@@ -152,6 +151,8 @@ def _verified(made: MeasuredPart, tolerances: Specification) -> Verification:
 
 
 def _rows(made: MeasuredPart) -> list[tuple[str, ...]]:
+    import numpy as np
+
     out = []
     for feature in made.nominal.features:
         values = made.deviation[feature.rows]
@@ -166,6 +167,8 @@ def _rows(made: MeasuredPart) -> list[tuple[str, ...]]:
 
 
 def _print(scan: Path, of: Path, made: MeasuredPart, found: Registration, table: Verification | None) -> None:
+    import numpy as np
+
     turn, shift = np.degrees(found.motion.angle), found.motion.translation
     spread = 1000 * np.sqrt(np.diag(found.covariance)[:3])
     note(
