@@ -265,6 +265,7 @@ class PanelTest(GuiTest):
         obj = self.with_result(box, instances=2)
         panel = skin_panel.show(obj)
         assert panel.table.item(0, 2).text() == "✓"
+        assert "flatness" in panel.table.item(0, 0).text()
         assert "30 / 50 µm" in panel.table.item(0, 1).text()
         assert panel.table.item(1, 2).text() == "?"
         assert "datum B has no face" in panel.table.item(1, 0).toolTip()

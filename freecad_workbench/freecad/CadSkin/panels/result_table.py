@@ -29,7 +29,7 @@ def result_rows(
 
 def _row(row: dict[str, Any], names: dict[str, tuple[str, str]]) -> tuple[list[str], str, str]:
     name, ok = row["characteristic"], row.get("ok")
-    symbol = symbol_of(name) or shown_name(name)
+    symbol = symbol_of(name)
     place = place_of(str(row["id"]))
     faces, label = names.get(row["id"], (place, " ".join((shown_name(name), place)).strip()))
     mark, kind = {True: ("✓", "good"), False: ("✗", "bad")}.get(ok, ("?", "caution"))
@@ -39,7 +39,8 @@ def _row(row: dict[str, Any], names: dict[str, tuple[str, str]]) -> tuple[list[s
         tip.append(translate("the value is proved"))
     if row.get("reason"):
         tip.append(str(row["reason"]))
-    return [f"{symbol} {faces}".strip(), _value_of_limit(row), mark], kind, "\n".join(tip)
+    words = (symbol, faces) if symbol and faces else (symbol, shown_name(name), faces)
+    return [" ".join(words).strip(), _value_of_limit(row), mark], kind, "\n".join(tip)
 
 
 def place_of(identifier: str) -> str:
