@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import queue
+import shutil
 import threading
 import traceback
 from pathlib import Path
@@ -21,6 +22,7 @@ from cadskin.worker.tasks import Context, run_task
 __all__ = ["Client", "run_job", "serve"]
 
 _CHUNK = 65536
+_OWN = "cadskin-job-"  # begin of the names of the workbench's job folders
 
 
 def run_job(folder: Path, channel: Channel, client: Client, parts: PartMemory, job: str = "") -> bool:
@@ -77,6 +79,7 @@ class Client:
 
     def __init__(self, descriptor: int = 0) -> None:
         self.jobs: queue.Queue[dict[str, Any] | None] = queue.Queue()
+        self.folders: set[Path] = set()  # of jobs that have not ended
         self._cancelled: set[str] = set()
         self._descriptor = descriptor
 
@@ -92,6 +95,7 @@ class Client:
             except OSError:
                 chunk = b""
             if not chunk:
+                self._remove_folders()
                 os._exit(3)
             *lines, rest = (rest + chunk).split(b"\n")
             for line in lines:
@@ -118,7 +122,15 @@ class Client:
         elif message.get("quit"):
             self.jobs.put(None)
         else:
+            if isinstance(message.get("folder"), str):
+                self.folders.add(Path(message["folder"]))
             self.jobs.put(message)
+
+    def _remove_folders(self) -> None:
+        """Remove what a client that was killed has left behind; only folders that are named as its own."""
+        for folder in self.folders.copy():
+            if folder.name.startswith(_OWN):
+                shutil.rmtree(folder, ignore_errors=True)
 
 
 def serve(channel: Channel, client: Client, *, idle: float) -> int:
@@ -153,3 +165,4 @@ def serve(channel: Channel, client: Client, *, idle: float) -> int:
             channel.send("error", job=job, error=RequestError.__name__, text="a job needs its folder")
             continue
         run_job(Path(folder), channel, client, parts, job)
+        client.folders.discard(Path(folder))

@@ -136,12 +136,14 @@ def open_without_addon(folder, environment, bare):
 
 
 def kill_freecad(folder, environment):
-    """Kill FreeCAD during a job; return what went wrong: its worker must end."""
+    """Kill FreeCAD during a job; return what went wrong: its worker must end and leave nothing behind."""
     mark = folder / "worker.pid"
     path = script(folder, "killed.py", BE_KILLED.format(path=str(mark)))
+    jobs = folder / "jobs"
+    jobs.mkdir()
     process = subprocess.Popen(
         ["freecadcmd", path],
-        env=environment,
+        env={**environment, "TMPDIR": str(jobs)},
         stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
@@ -164,7 +166,8 @@ def kill_freecad(folder, environment):
             os.kill(worker, signal.SIGKILL)
             return f"the worker {worker} went on 15 s after FreeCAD was killed"
         time.sleep(0.1)
-    return ""
+    left = [item.name for item in jobs.glob("cadskin-job-*")]
+    return f"the worker left {', '.join(left)} behind" if left else ""
 
 
 def alive(process_id):

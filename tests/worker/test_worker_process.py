@@ -120,13 +120,16 @@ def test_a_server_runs_jobs_cancels_one_and_quits(tmp_path, plate_brep, server):
 
 
 def test_a_server_ends_with_its_client_even_while_it_works(tmp_path, plate_brep, server):
-    long = write_job(tmp_path / "long", plate_brep, tolerances=[FLAT], size=100_000)
-    server.send(job="long", folder=str(long))
+    long = write_job(tmp_path / "cadskin-job-1", plate_brep, tolerances=[FLAT], size=100_000)
+    other = write_job(tmp_path / "other", plate_brep)
+    server.send(job="cadskin-job-1", folder=str(long))
+    server.send(job="other", folder=str(other))
     while server.until("progress", "error")["text"] != "drawing parts":
         pass
     server.process.stdin.close()
     assert server.ended() == 3
-    assert not (long / "result.json").exists()
+    assert not long.exists()  # nothing of the workbench's own is left behind
+    assert other.exists()
 
 
 def test_an_idle_server_ends():
