@@ -66,7 +66,7 @@ def process_of(
     >>> crowned = cs.flatness(">Z", 0.04, model={"paraboloid": {}})
     >>> spec = cs.Specification(crowned, default=cs.surface_profile(None, 0.1))
     >>> process_of(part, spec).terms[0]
-    (Paraboloid(amplitude=0.02 mm)).on(0)
+    Paraboloid(amplitude=0.02 mm).on(5)
     """
     bound = bound_with_general(spec, nominal)
     reach = correlation_length(nominal) if length is None else length

@@ -14,11 +14,13 @@ from cadskin.conform.chain import Chain, Setup, Tally
 from cadskin.conform.clusters import clusters_of
 from cadskin.conform.confirmation import is_flat_enough
 from cadskin.conform.policy import policies_of
+from cadskin.conform.record import conformity_record
 from cadskin.conform.rejection import draw_cluster
 from cadskin.conform.requirements import bound_with_general, nominal_part, requirements_of
 from cadskin.conform.routes import BlockRoutes
 from cadskin.conform.screening import search_of, search_on
 from cadskin.conform.streams import FIRST_SAMPLES, SEARCHED_SAMPLES, BlockSamplers, first_fields
+from cadskin.conform.targets import on_target
 from cadskin.deviation import DeviationModel
 from cadskin.deviation._philox import stream_of
 from cadskin.errors import ConformityError, DeviationError, GeometryError
@@ -43,7 +45,6 @@ __all__ = ["ConformingSampler", "Made", "prepare_conforming", "simulate_conformi
 
 _ROUNDS = 20  # of drawing again what the welded mesh does not confirm, or what is no solid
 _AGAIN = 2**31 - 1  # stream of the parts that replace those that pass through themselves
-_SWEEPS = 40  # over the targets of a part, each scaling its own feature
 
 
 @dataclass(frozen=True, eq=False)
@@ -233,7 +234,7 @@ class ConformingSampler:
         targets = [item for item in self.requirements if item.policy.method == "target"]
         failed, found = [], dict[str, float]()
         with chain.welded():  # its slides change a value in the second order
-            missed = _on_target(chain, targets)
+            missed = on_target(chain, targets)
             for item in self.requirements:
                 bounded = item.policy.method in ("conditioned", "reject", "scale")
                 proven = bounded and is_flat_enough(item, self.nominal, chain.displacement())
@@ -246,22 +247,6 @@ class ConformingSampler:
                 if bounded and not proven and value > item.limit:
                     failed.append(item)
         return failed, found
-
-
-def _on_target(chain: Chain, targets: Sequence[Requirement]) -> list[Requirement]:
-    """Scale features in turn until all targets are met to 1e-12 mm; return those that are not met to 1e-9.
-
-    One target is met by one root search. Targets that share a feature or a datum disturb each other: the
-    turns are repeated as long as the largest error at least halves from one to the next.
-    """
-    errors = [np.inf] * len(targets)
-    for _ in range(_SWEEPS):
-        for item in targets:
-            chain.scaled_to(item, chain.wanted(item))
-        before, errors = errors, [abs(chain.value(item) - chain.wanted(item)) for item in targets]
-        if max(errors, default=0.0) <= 1e-12 or max(errors) > 0.5 * max(before):
-            break
-    return [item for item, error in zip(targets, errors, strict=True) if error > 1e-9 * chain.wanted(item)]
 
 
 def prepare_conforming(
@@ -402,22 +387,3 @@ def simulate_conforming(
     deviations.flags.writeable = False
     provenance = provenance_of(nominal, str(model), seed, check=check, **conformity_record(ready, tallies))
     return SkinEnsemble(nominal, deviations, provenance)
-
-
-def conformity_record(sampler: ConformingSampler, tallies: list[Tally]) -> dict[str, Any]:
-    """Return how conformity was reached, plain data for the provenance."""
-    tried: dict[str, int] = {}
-    refused: dict[str, int] = {}
-    for tally in tallies:
-        for total, part in ((tried, tally.tried), (refused, tally.refused)):
-            for name, count in part.items():
-                total[name] = total.get(name, 0) + count
-    attempts = sum(tally.attempts for tally in tallies)
-    return {
-        "conform": {name: str(policy) for name, policy in sampler.policies.items()},
-        "samplers": sorted({name for tally in tallies for name in tally.samplers}),
-        "chains": sampler.setup.routes.records(),
-        "acceptance": sum(tally.accepted for tally in tallies) / attempts if attempts else 1.0,
-        "acceptance_by_tolerance": {name: 1 - refused.get(name, 0) / tried[name] for name in sorted(tried)},
-        "unsupported": [{"tolerance": item.tolerance, "reason": item.reason} for item in sampler.unsupported],
-    }

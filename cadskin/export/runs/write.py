@@ -16,7 +16,8 @@ import numpy as np
 import cadskin
 from cadskin._progress import report
 from cadskin._random import seed_sequence
-from cadskin.conform.simulate import conformity_record, prepare_conforming
+from cadskin.conform.record import conformity_record
+from cadskin.conform.simulate import prepare_conforming
 from cadskin.errors import ExportError, ReadError
 from cadskin.export.atomic import atomic_file, write_text
 from cadskin.export.runs.layout import (
