@@ -188,8 +188,18 @@ def _verified(
         report(progress, index, len(lot))
         found = verify(skin, spec, sizes=True)
         assert isinstance(found, Verification)
-        reports.append(instance_report(lot.nominal, corners[index], found, ids))
+        reports.append(_with_size_limits(instance_report(lot.nominal, corners[index], found, ids), spec))
     return reports
+
+
+def _with_size_limits(record: dict[str, Any], spec: Specification) -> dict[str, Any]:
+    """Return a report that says both limits of a size: its row has room for the nearer one only."""
+    limits = {item.id: (item.lower, item.upper) for item in spec.dimensions}
+    for row in record["tolerances"]:
+        if row["id"] in limits and row["value"] is not None:
+            low, high = ("none" if value is None else f"{value:g} mm" for value in limits[row["id"]])
+            row["reason"] = "; ".join(filter(None, [f"limits of size {low} to {high}", row["reason"]]))
+    return record
 
 
 def _unresolved(lot: SkinEnsemble, spec: Specification) -> list[dict[str, str]]:

@@ -390,6 +390,7 @@ class Importing(DocumentTest):
         self.assertEqual(len(rows), 2, rows)
         self.assertTrue(all(row["ok"] for row in rows.values()), rows)
         self.assertAlmostEqual(rows[size.Name]["value"], 8.0, delta=0.05)
+        self.assertIn("limits of size 8 mm to 8.036 mm", rows[size.Name]["reason"])
 
     def write_step(self, path, shape=SHAPE, spec=SPEC):
         """Write a STEP file with tolerances, in the worker's Python."""
