@@ -105,9 +105,9 @@ def test_the_blank_fills_the_developed_cross_and_no_tool_cuts_it():
         assert heights[f"BINDER{arm}"].min() >= 1.05 * process.thickness - 1e-12
 
 
-def test_drawn_parts_ship_and_say_where_they_come_from():
+def test_ten_parts_ship_and_say_where_they_come_from():
     runs, parts = training.training_set()
-    assert len(parts) >= 4  # more are drawn by the command of the manifest, until there are ten
+    assert len(parts) == 10
     manifest = training.read_manifest()
     assert manifest["solver"].startswith("CalculiX 2.")
     assert sum(file.stat().st_size for file in training.DATA.iterdir()) < 1e6
