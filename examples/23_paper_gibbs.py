@@ -1,8 +1,8 @@
 """23 The paper's case: 273 points, 1000 Gibbs sweeps, and the exact sampler beside it.
 
 Zhang et al. 2013 (doi:10.1177/0954405412466987) draw a Gaussian field on 273 points of a plane by 1000 sweeps
-of a Gibbs sampler. Here 32 chains run at once, and `GaussianField` draws a field with the same parameters without
-a chain (its law carries on beyond the free edges, where the Markov field ends).
+of a Gibbs sampler. Here 32 chains run at once, and `GaussianField` draws a field with the same parameters
+without a chain (its law carries on beyond the free edges, where the Markov field ends).
 A script run prints the time of both and the effective sample size of the field's mean. `main` returns the
 split R-hat of the chains: above 1.1, from starts at -10 to 10 sigma they have not met after 1000 sweeps.
 """
