@@ -220,9 +220,7 @@ def test_axial_runout_of_a_wobbling_face(array_shaft):
 
 
 def test_what_cannot_be_evaluated_is_said(array_box):
-    spec = Specification(
-        flatness(5, 0.1), flatness([0, 2], 0.1, derived="axis"), datums={"A": 4}
-    )
+    spec = Specification(flatness(5, 0.1), flatness([0, 2], 0.1, derived="axis"), datums={"A": 4})
     found = verify(array_box.surface, spec, nominal=array_box)
     assert [name for name, _ in found.evaluations] == ["flatness-1"]
     assert {name for name, _ in found.unresolved} == {"flatness-2"}
