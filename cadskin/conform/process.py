@@ -8,6 +8,7 @@ of no such tolerance        the default: a Gaussian field with a standard deviat
                             narrowest tolerance, made better where pilot parts exceed a limit
 with limits of size         in addition a normal offset about the middle of the limits, with a twelfth of
                             their width as its standard deviation (`cadskin.conform.sizes`)
+with an unequal zone (UZ)   in addition the offset to the middle of its narrowest profile zone
 ==========================  ==============================================================================
 
 Parameters that a named model leaves out: ``sigma`` is an eighth of its tolerance and ``amplitude`` a half
@@ -22,7 +23,7 @@ from typing import TYPE_CHECKING, Any
 
 from cadskin.conform.capable import capable_model, correlation_length
 from cadskin.conform.requirements import bound_with_general
-from cadskin.conform.sizes import size_models
+from cadskin.conform.sizes import size_models, zone_models
 from cadskin.deviation import DeviationModel, SumModel, from_dict, model_class
 from cadskin.errors import CadskinError, SpecificationError
 
@@ -87,7 +88,7 @@ def process_of(
     if free:
         usual = capable_model(nominal, bound, length=reach, scale=scale) if default is None else default
         terms.append(usual.on([feature.face_indices[0] for feature in free]) if taken else usual)
-    terms += size_models(bound, nominal, scale=scale)
+    terms += [*size_models(bound, nominal, scale=scale), *zone_models(bound, nominal)]
     return terms[0] if len(terms) == 1 else SumModel(tuple(terms))
 
 

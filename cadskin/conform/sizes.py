@@ -1,9 +1,10 @@
-"""Sizes of the specification: limits of a diameter as a requirement, and the random offset that moves it.
+"""What moves the middle of a feature: limits of a diameter, and profile zones that are unequally disposed.
 
 A size with limits (± or a fit of ISO 286) on cylinders is met when every local two-point size lies within
 them, as `cadskin verify` evaluates it. As a requirement its value is the largest distance of a local size
 from the middle of the limits, and its limit half of their width. A process aims at the middle: each
-cylinder gets a normal offset of its size with a twelfth of the width as its standard deviation.
+cylinder gets a normal offset of its size with a twelfth of the width as its standard deviation. In the same
+way it aims at the middle of a profile zone that does not lie half on each side of the surface (UZ).
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
     from cadskin.spec import Dimension, FeatureSelection, Specification
     from cadskin.verify.extraction import MadePart
 
-__all__ = ["SizeLimits", "mean_offsets", "size_limits", "size_models"]
+__all__ = ["SizeLimits", "mean_offsets", "size_limits", "size_models", "zone_models"]
 
 _FAR = 0.1  # of the radius: limits that lie further away belong to something else
 _SPREADS = 12.0  # standard deviations of the offset in the width of the limits: Cp = 2, the rest is for form
@@ -135,12 +136,41 @@ def size_models(spec: Specification, nominal: NominalModel, *, scale: float = 1.
     return found
 
 
+def zone_models(spec: Specification, nominal: NominalModel) -> list[DeviationModel]:
+    """Return an offset to the middle of its zone for every feature with an unequally disposed profile."""
+    return [
+        SizeOffset(round(offset, 9)).on(feature.face_indices[0])
+        for feature, offset in _shifted(spec, nominal)
+    ]
+
+
 def mean_offsets(spec: Specification, nominal: NominalModel) -> Floats:
-    """Return the deviation (n_c,) [mm] that brings every size to the middle of its limits."""
+    """Return the deviation (n_c,) [mm] that brings sizes and shifted zones to their middle."""
     values = np.zeros(nominal.n_samples)
+    for feature, offset in _shifted(spec, nominal):
+        values[feature.rows] = offset
     for feature, limits in _narrowest(spec, nominal):
         values[feature.rows] = limits.offset(feature)
     return values
+
+
+def _shifted(spec: Specification, nominal: NominalModel) -> Iterator[tuple[Feature, float]]:
+    """Yield each feature whose narrowest profile zone is unequally disposed, and its shift [mm].
+
+    Features whose size has limits go by those.
+    """
+    sized = {feature.id for feature, _ in _narrowest(spec, nominal)}
+    found: dict[int, tuple[float, Feature, float]] = {}
+    for tolerance in spec:
+        if tolerance.type not in ("surface_profile", "line_profile") or not tolerance.value:
+            continue
+        for face in tolerance.feature.faces:
+            feature = nominal.feature_of(face)
+            if feature.id not in found or tolerance.value < found[feature.id][0]:
+                found[feature.id] = (tolerance.value, feature, tolerance.zone.offset(tolerance.value))
+    for value, feature, offset in found.values():
+        if feature.id not in sized and abs(offset) > 1e-9 * value:
+            yield feature, offset
 
 
 def _narrowest(spec: Specification, nominal: NominalModel) -> Iterator[tuple[Feature, SizeLimits]]:

@@ -133,3 +133,13 @@ def test_spread_is_scaled_and_the_middle_is_not(part):
     assert wide.model.arguments == pytest.approx((usual.model.arguments[0], 3 * usual.model.arguments[1]))
     with pytest.raises(ConformityError, match=r"bore .* binds"):
         simulate_conforming(part, GaussianField(1e-6, 9.0), sized(part, 0.02, 0.06), rng=1, max_tries=3)
+
+
+@pytest.mark.parametrize("outside", [0.0, 0.03, 0.1])
+def test_process_aims_at_the_middle_of_an_unequal_zone(part, outside):
+    top = part.feature(">Z")
+    zone = surface_profile(top.face_indices[0], 0.1, datums="A", outside=outside)
+    spec = Specification(zone, datums={"A": "<Z"}, default=surface_profile(None, 0.2)).bind(part)
+    lot = simulate_conforming(part, process_of(part, spec), spec, size=12, rng=3)
+    assert all(verify(skin, spec)[next(iter(spec)).id].ok for skin in lot)
+    assert lot.deviations[:, top.rows].mean() == pytest.approx(outside - 0.05, abs=0.015)
