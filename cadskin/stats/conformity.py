@@ -119,13 +119,13 @@ def conformity(
             )
         shares[i] = float((values <= limit).mean())
         report(progress, i + 1, draws)
+    mean = float(shares.mean())
     low, high = np.quantile(shares, [0.5 - 0.5 * level, 0.5 + 0.5 * level])
+    low, high = min(float(low), mean), max(float(high), mean)  # a rare event may lie in the last draws alone
     own = characteristic(model.fields(model.scores))
     counted = int((np.asarray(own) <= limit).sum())
     below, above = counted_interval(counted, model.n_parts, level=level)
-    return Conformity(
-        float(shares.mean()), float(low), float(high), level, counted, model.n_parts, below, above
-    )
+    return Conformity(mean, low, high, level, counted, model.n_parts, below, above)
 
 
 def counted_interval(count: int, n: int, *, level: float = 0.9) -> tuple[float, float]:

@@ -39,6 +39,7 @@ _NEIGHBOURS = 24
 _FEWEST = 5
 _REACH = 4.685
 _ROUNDS = 6
+_ROW = 0.01  # ratio of second moments below which neighbours lie in a row
 
 
 @dataclass(frozen=True, eq=False)
@@ -251,9 +252,11 @@ def local_plane_at(offsets: Floats, values: Floats, radius: float) -> tuple[Floa
     design = np.concatenate([np.ones((*x.shape[:2], 1)), np.where(kernel[..., None] > 0, x, 0.0)], axis=2)
     weights = kernel * _about_the_median(y, kernel)
     fit = np.zeros((len(x), 3))
+    held = _held_across_a_row(design[..., 1:], kernel)
     for _ in range(_ROUNDS):
         inner = np.einsum("mka,mk,mkb->mab", design, weights, design)
         inner += 1e-9 * (weights.sum(axis=1)[:, None, None] + 1e-30) * np.eye(3)
+        inner[:, 1:, 1:] += held
         fit = np.linalg.solve(inner, np.einsum("mka,mk->ma", design, weights * y)[..., None])[..., 0]
         rest = y - np.einsum("mka,ma->mk", design, fit)
         weights = kernel * _biweight(rest, kernel)
@@ -272,6 +275,21 @@ def local_plane_at(offsets: Floats, values: Floats, radius: float) -> tuple[Floa
         np.where(known, np.sqrt(np.maximum(variance, 0.0)), np.nan),
         np.where(known, counts, 0),
     )
+
+
+def _held_across_a_row(offsets: Floats, kernel: Floats) -> Floats:
+    """Return what holds the slope across a row of neighbours at zero: an addition to the normal equations.
+
+    Points in a row do not tell that slope; (m, 2, 2), zero where they lie around.
+    """
+    total = np.maximum(kernel.sum(axis=1), 1e-30)
+    middle = np.einsum("mk,mka->ma", kernel, offsets) / total[:, None]
+    away = np.where(kernel[..., None] > 0, offsets - middle[:, None], 0.0)
+    moments = np.einsum("mka,mk,mkb->mab", away, kernel, away)
+    values, vectors = np.linalg.eigh(moments)
+    weak = values[:, 0] < _ROW * values[:, 1]
+    across = vectors[:, :, 0]
+    return np.asarray((weak * values[:, 1])[:, None, None] * across[:, :, None] * across[:, None, :])
 
 
 def _about_the_median(values: Floats, kernel: Floats) -> Floats:

@@ -140,3 +140,13 @@ def test_local_plane_reads_at_the_place_and_refuses_extrapolation():
     assert np.isnan(value[1])
     assert count[2] <= 23
     assert np.isnan(local_plane_at(offsets[:1, :4], values[:1, :4], 1.5)[0][0])
+
+
+def test_points_in_a_row_tell_the_value_on_the_row():
+    """The slope across is unknown; it must not be made up and carried to the place."""
+    rng = np.random.default_rng(0)
+    along, across = rng.uniform(-1, 1, (200, 20)), 1e-3 * rng.standard_normal((200, 20)) + 0.02
+    values = 0.01 + 0.02 * along + 0.002 * rng.standard_normal(along.shape)
+    found, uncertainty, _ = local_plane_at(np.stack([along, across], axis=2), values, 1.2)
+    assert np.abs(found - 0.01).max() < 0.004
+    assert 0.2e-3 < np.median(uncertainty) < 1e-3
