@@ -39,7 +39,7 @@ def command(
         str | None, typer.Option(metavar="ID", help="Tolerance of SPEC that gets the value.")
     ] = None,
 ) -> None:
-    """Write point sets, or parts, with a prescribed minimum-zone value.
+    """Write point sets, or parts, whose true value is known.
 
     The value is exact to 1e-12 mm; each set comes with its answer. Parts are labelled meshes of a CAD file:
     its tolerance of the given id, or the first of the characteristic, gets the value.

@@ -14,6 +14,7 @@ from cadskin.errors import AssociationError, CadskinError, SpecificationError
 from cadskin.shape.ideal import Plane
 from cadskin.skin.weld import prepare_weld, weld
 from cadskin.spec.binding import bound_to
+from cadskin.verify.contacts import target_contact
 from cadskin.verify.extraction import MadePart
 from cadskin.verify.general import with_general
 from cadskin.verify.part_size import has_size_limits
@@ -145,8 +146,9 @@ def bound_with_general(spec: Specification, nominal: NominalModel) -> Specificat
     if not len(spec) and spec.default is None and not spec.unresolved and not sizes:
         raise SpecificationError("the specification holds no tolerance; simulate without spec, or give one")
     bound = bound_to(spec, nominal)
+    pattern = nominal_part(nominal)
     for tolerance in bound:
-        _refuse_own_datum(tolerance, nominal, bound)
+        _refuse_own_datum(tolerance, pattern, bound)
     return with_general(bound, nominal)
 
 
@@ -171,7 +173,7 @@ def requirements_of(
     unsupported = [Unsupported(item.entity, item.reason) for item in spec.unresolved]
     for tolerance in spec:
         try:
-            pieces = list(_pieces(tolerance, nominal, spec, blocks, policies[tolerance.id]))
+            pieces = list(_pieces(tolerance, part, spec, blocks, policies[tolerance.id]))
             for piece in pieces:
                 evaluate(piece.tolerance, part, spec)  # type: ignore[arg-type]  # no size is among them
         except CadskinError as error:
@@ -198,26 +200,26 @@ def requirements_of(
 
 
 def _pieces(
-    tolerance: Tolerance, nominal: NominalModel, spec: Specification, blocks: Blocks, policy: Conformity
+    tolerance: Tolerance, pattern: MadePart, spec: Specification, blocks: Blocks, policy: Conformity
 ) -> Iterator[Requirement]:
     members = tolerance.feature.members
     alone = not tolerance.datums and tolerance.zone.combined is not True
     if len(members) > 1 and alone and tolerance.characteristic.group in ("form", "profile"):
         for faces in members:
             selection = replace(tolerance.feature, faces=faces, groups=())
-            yield _piece(replace(tolerance, feature=selection), nominal, spec, blocks, policy)
+            yield _piece(replace(tolerance, feature=selection), pattern, spec, blocks, policy)
         return
-    yield _piece(tolerance, nominal, spec, blocks, policy)
+    yield _piece(tolerance, pattern, spec, blocks, policy)
 
 
 def _piece(
-    tolerance: Tolerance, nominal: NominalModel, spec: Specification, blocks: Blocks, policy: Conformity
+    tolerance: Tolerance, pattern: MadePart, spec: Specification, blocks: Blocks, policy: Conformity
 ) -> Requirement:
-    features = _features(nominal, tolerance.feature.faces)
+    features = _features(pattern.nominal, tolerance.feature.faces)
     if not features:
         raise SpecificationError(f"tolerance {tolerance.id}: it is on no face of the part")
     own = blocks.touched(features)
-    datums = blocks.touched(datum_features(nominal, tolerance, spec))
+    datums = blocks.touched(datum_features(pattern, tolerance, spec))
     flat = None
     minimum = policy.zone == "minimum"
     if (
@@ -243,12 +245,18 @@ def _features(nominal: NominalModel, faces: tuple[int, ...]) -> tuple[Feature, .
     return tuple(found.values())
 
 
-def datum_features(nominal: NominalModel, tolerance: Tolerance, spec: Specification) -> tuple[Feature, ...]:
+def datum_features(pattern: MadePart, tolerance: Tolerance, spec: Specification) -> tuple[Feature, ...]:
     """Return the features that establish the datums of a tolerance, by themselves or by targets on them."""
-    datums = [spec.datum(letter) for letter in tolerance.datums.letters]
-    selections = [datum.feature for datum in datums]
-    selections += [target.feature for datum in datums for target in datum.targets]
-    return _features(nominal, tuple(face for selection in selections for face in selection.faces))
+    found: dict[int, Feature] = {}
+    for letter in tolerance.datums.letters:
+        datum = spec.datum(letter)
+        own = list(_features(pattern.nominal, datum.feature.faces))
+        for target in datum.targets:
+            own += _features(pattern.nominal, target.feature.faces)
+            if target.origin is not None and not target.movable:
+                own.append(target_contact(pattern, letter, target).feature)
+        found.update((feature.id, feature) for feature in own)
+    return tuple(found.values())
 
 
 def _refuse_meaningless(piece: Requirement, nominal: NominalModel) -> None:
@@ -268,11 +276,11 @@ def _refuse_meaningless(piece: Requirement, nominal: NominalModel) -> None:
         )
 
 
-def _refuse_own_datum(tolerance: Tolerance, nominal: NominalModel, spec: Specification) -> None:
+def _refuse_own_datum(tolerance: Tolerance, pattern: MadePart, spec: Specification) -> None:
     if len(tolerance.datums) != 1 or not tolerance.feature.faces:
         return
-    datums = {feature.id for feature in datum_features(nominal, tolerance, spec)}
-    own = {feature.id for feature in _features(nominal, tolerance.feature.faces)}
+    datums = {feature.id for feature in datum_features(pattern, tolerance, spec)}
+    own = {feature.id for feature in _features(pattern.nominal, tolerance.feature.faces)}
     if own <= datums:
         raise SpecificationError(
             f"{tolerance.id} ({tolerance.type} on {tolerance.feature.text()}): its datum "

@@ -36,7 +36,7 @@ def plain(value: Any) -> Any:
 
 def text(value: Any, unit: str) -> str:
     if isinstance(value, (float, int)) and not isinstance(value, bool):
-        return f"{value:.12g}" + (f" {unit}" if unit else "")
+        return f"{value + 0.0:.12g}" + (f" {unit}" if unit else "")
     if isinstance(value, np.ndarray):
         value = tuple(value.tolist())
     if isinstance(value, (list, tuple)) and len(value) > 8:

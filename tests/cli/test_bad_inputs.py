@@ -205,7 +205,7 @@ def test_ctrl_c_in_mid_run(tmp_path, sent, code):
     time.sleep(1.0)
     assert process.poll() is None, "it finished before it could be stopped"
     os.killpg(process.pid, sent)
-    out, err = process.communicate(timeout=30)
+    out, err = process.communicate(timeout=120)
     assert process.returncode == code, err
     assert out == ""
     assert "Traceback" not in err

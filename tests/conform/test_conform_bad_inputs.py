@@ -5,7 +5,7 @@ import pytest
 from support.parts import box, thin_wall
 
 from cadskin.conform import prepare_conforming, simulate_conforming
-from cadskin.conform.requirements import datum_features
+from cadskin.conform.requirements import datum_features, nominal_part
 from cadskin.deviation import GaussianField, Paraboloid, SizeOffset
 from cadskin.errors import (
     CadskinError,
@@ -153,5 +153,5 @@ def test_targets_of_a_datum_are_features_behind_its_tolerances(part):
     spec = Specification(
         parallelism(TOP, 0.05, datums="A"), flatness(RIGHT, 0.05), datums=[Datum("A", targets=(target,))]
     ).bind(part)  # fmt: skip
-    found = {feature.id for feature in datum_features(part, spec["parallelism-1"], spec)}
+    found = {feature.id for feature in datum_features(nominal_part(part), spec["parallelism-1"], spec)}
     assert found == {part.feature_of(BOTTOM).id}
