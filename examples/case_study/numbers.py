@@ -17,6 +17,9 @@ RATIO = 1.5  # of the element lengths of one mesh and the next
 FAMILY = ("coarse", "medium", "fine")  # of meshes that differ in nothing else
 
 
+LEAST_ORDER = 0.5
+
+
 @dataclass(frozen=True, eq=False)
 class Convergence:
     """Flatness of the nominal process by mesh, and what Richardson makes of the family; mm."""
@@ -50,7 +53,8 @@ def convergence(meshes: dict[str, Drawn], nominal: cs.NominalModel) -> Convergen
 def richardson(values: np.ndarray, ratio: float = RATIO) -> tuple[float | None, float | None, float | None]:
     """Return order, limit and uncertainty of the middle one of three values, coarse to fine.
 
-    None where the values do not approach a limit with falling steps in one direction.
+    None where the values do not approach a limit with falling steps in one direction, or so slowly (an order
+    below one half) that the meshes are not fine enough to tell one.
 
     Examples
     --------
@@ -63,6 +67,8 @@ def richardson(values: np.ndarray, ratio: float = RATIO) -> tuple[float | None, 
     if first * second <= 0 or abs(second) >= abs(first):
         return None, None, None
     order = float(np.log(first / second) / np.log(ratio))
+    if order < LEAST_ORDER:
+        return None, None, None
     limit = float(values[2] - second / (ratio**order - 1))
     return order, limit, 1.25 * abs(float(values[1]) - limit)
 

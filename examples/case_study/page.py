@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import platform
 from collections.abc import Iterable, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -122,7 +123,11 @@ def verdict(found: Convergence, spread: float) -> str:
     if missing:
         told = f"Without the {' and '.join(missing)} mesh there is no extrapolation."
     elif found.limit is None or found.order is None or found.uncertainty is None:
-        told = "The family approaches no limit in one direction: Richardson's extrapolation has no meaning."
+        steps = [found.flatness[one] - found.flatness[other] for one, other in pairwise(FAMILY)]
+        told = (
+            f"From {FAMILY[0]} to {FAMILY[-1]} the flatness falls by {steps[0]:.3f}, then by {steps[1]:.3f} mm: "
+            "no limit\nshows, Richardson's extrapolation has no meaning, and none of these meshes is fine enough."
+        )
     else:
         told = (
             f"Richardson's extrapolation gives order {found.order:.2f} and limit {found.limit:.3f} mm; the\n"
