@@ -125,7 +125,8 @@ def verdict(found: Convergence, spread: float) -> str:
     elif found.limit is None or found.order is None or found.uncertainty is None:
         steps = [found.flatness[one] - found.flatness[other] for one, other in pairwise(FAMILY)]
         told = (
-            f"From {FAMILY[0]} to {FAMILY[-1]} the flatness falls by {steps[0]:.3f}, then by {steps[1]:.3f} mm.\n"
+            f"From {FAMILY[0]} to {FAMILY[-1]} the flatness falls by {steps[0]:.3f}, then by "
+            f"{steps[1]:.3f} mm.\n"
             "That shows no limit: Richardson's extrapolation has no meaning, and none of these meshes is\n"
             "fine enough."
         )
