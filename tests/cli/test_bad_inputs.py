@@ -196,6 +196,7 @@ def test_ctrl_c_in_mid_run(tmp_path, sent, code):
         text=True,
         cwd=tmp_path,
         start_new_session=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # a run behind `&` ignores it
         env={**os.environ, "TMPDIR": str(tmp_path)},
     )
     deadline = time.monotonic() + 60
