@@ -36,7 +36,7 @@ class JobsInTheWindow(support.DocumentTest):
         self.run_events(lambda: jobs.job_of(skin) is None)
         self.assertEqual(skin.Status, "Up to date")
         self.assertGreater(len(ticks), 5)
-        self.assertLess(max(b - a for a, b in zip(ticks, ticks[1:])), 4.0)  # the job takes longer: never frozen
+        self.assertLess(max(b - a for a, b in zip(ticks, ticks[1:])), 4.0)  # never frozen
 
     def test_a_result_waits_for_the_transaction_of_a_panel(self):
         part = self.plate()
