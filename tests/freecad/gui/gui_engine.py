@@ -27,7 +27,7 @@ class JobsInTheWindow(support.DocumentTest):
         part = self.plate()
         api.add_tolerance(part, self.face(part, z=6), "flatness", 0.05)
         skin = api.create_skin(part, edge_length=2.5)
-        ticks = []
+        ticks = [time.monotonic()]
         timer = QtCore.QTimer()
         timer.timeout.connect(lambda: ticks.append(time.monotonic()))
         timer.start(50)
@@ -35,8 +35,10 @@ class JobsInTheWindow(support.DocumentTest):
         self.assertIn("Computing", skin.Status)
         self.run_events(lambda: jobs.job_of(skin) is None)
         self.assertEqual(skin.Status, "Up to date")
-        self.assertGreater(len(ticks), 5)
-        self.assertLess(max(b - a for a, b in zip(ticks, ticks[1:])), 4.0)  # never frozen
+        ticks.append(time.monotonic())
+        self.assertGreater(len(ticks), 2)
+        longest = max(b - a for a, b in zip(ticks, ticks[1:]))
+        self.assertLess(longest, 0.5 * (ticks[-1] - ticks[0]) + 0.5)  # not frozen for the time of the job
 
     def test_a_result_waits_for_the_transaction_of_a_panel(self):
         part = self.plate()
