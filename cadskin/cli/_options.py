@@ -22,6 +22,9 @@ __all__ = [
     "Json",
     "Part",
     "Points",
+    "Seed",
+    "SpecOfFile",
+    "SpecOfPart",
     "TimeLimit",
     "positive",
     "table_of_lengths",
@@ -64,6 +67,22 @@ TimeLimit = Annotated[
 Format = Annotated[
     str | None,
     typer.Option("--format", metavar="NAME", help="File format, where the suffix does not name it."),
+]
+SpecOfFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--spec", metavar="SPEC", help="Spec file (.toml) [default: the PMI of FILE].", show_default=False
+    ),
+]
+SpecOfPart = Annotated[
+    Path | None,
+    typer.Option(
+        "--spec", metavar="SPEC", help="Spec file (.toml) [default: the PMI of PART].", show_default=False
+    ),
+]
+Seed = Annotated[
+    int | None,
+    typer.Option("--seed", metavar="K", min=0, help="Makes the result repeatable [default: random]."),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Machine-readable output.")]
 

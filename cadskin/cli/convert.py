@@ -21,6 +21,8 @@ from cadskin.cli._options import (
     Json,
     Part,
     Points,
+    Seed,
+    SpecOfFile,
     TimeLimit,
     positive,
 )
@@ -89,15 +91,8 @@ def command(
             "where there are none ISO 2768-2 class K by size].",
         ),
     ] = None,
-    spec: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="SPEC", help="Spec file (.toml) [default: the PMI of FILE].", show_default=False
-        ),
-    ] = None,
-    seed: Annotated[
-        int | None, typer.Option(metavar="K", min=0, help="Makes the result repeatable [default: random].")
-    ] = None,
+    spec: SpecOfFile = None,
+    seed: Seed = None,
     edge_length: EdgeLength = None,
     points: Points = None,
     edge_length_on: EdgeLengthOn = None,

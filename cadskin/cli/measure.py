@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, cast, get_args
 import typer
 
 from cadskin.cli._console import note, print_json, print_table, progress_bar
-from cadskin.cli._options import EdgeLength, Json, Part, TimeLimit, as_selector
+from cadskin.cli._options import EdgeLength, Json, Part, SpecOfPart, TimeLimit, as_selector
 from cadskin.errors import SpecificationError, StatisticsError
 
 if TYPE_CHECKING:
@@ -51,12 +51,7 @@ def command(
     probe_radius: Annotated[
         float, typer.Option(metavar="MM", help="The points are centres of a probe ball.")
     ] = 0.0,
-    spec: Annotated[
-        Path | None,
-        typer.Option(
-            "--spec", metavar="SPEC", help="Spec file (.toml) [default: the PMI of PART].", show_default=False
-        ),
-    ] = None,
+    spec: SpecOfPart = None,
     output: Annotated[
         Path | None,
         typer.Option(

@@ -19,6 +19,8 @@ from cadskin.cli._options import (
     Json,
     Part,
     Points,
+    Seed,
+    SpecOfFile,
     TimeLimit,
     positive,
 )
@@ -35,15 +37,8 @@ def command(
         Path, typer.Option("-o", "--output", metavar="RUN", help="Folder; an unfinished run there goes on.")
     ],
     count: Annotated[int, typer.Option("-n", "--count", metavar="N", min=1, help="Number of parts.")] = 1,
-    seed: Annotated[
-        int | None, typer.Option(metavar="K", min=0, help="Makes the result repeatable [default: random].")
-    ] = None,
-    spec: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="SPEC", help="Spec file (.toml) [default: the PMI of FILE].", show_default=False
-        ),
-    ] = None,
+    seed: Seed = None,
+    spec: SpecOfFile = None,
     conform: Annotated[
         str,
         typer.Option(

@@ -8,7 +8,7 @@ from typing import Annotated, cast
 import typer
 
 from cadskin.cli._console import note, print_json, print_table, progress_bar
-from cadskin.cli._options import Json, Part, TimeLimit
+from cadskin.cli._options import Json, Part, SpecOfPart, TimeLimit
 
 
 def command(
@@ -24,12 +24,7 @@ def command(
         Path | None,
         typer.Option("--of", metavar="PART", help="CAD file of the nominal part.", show_default=False),
     ] = None,
-    spec: Annotated[
-        Path | None,
-        typer.Option(
-            "--spec", metavar="SPEC", help="Spec file (.toml) [default: the PMI of PART].", show_default=False
-        ),
-    ] = None,
+    spec: SpecOfPart = None,
     standard: Annotated[
         str, typer.Option(help="Datum associations: 'ISO 5459:2011' or 'ASME Y14.5.1-2019'.")
     ] = "ISO 5459:2011",

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from cadskin.cli._console import note, print_json
-from cadskin.cli._options import CadFile, EdgeLength, Json, Part, Points, TimeLimit
+from cadskin.cli._options import CadFile, EdgeLength, Json, Part, Points, SpecOfFile, TimeLimit
 from cadskin.cli._reading import nominal_and_spec
 from cadskin.cli._targets import check_target
 
@@ -27,12 +27,7 @@ def command(
         Path | None,
         typer.Option("-o", "--output", metavar="OUT", help="Mesh file of the part.", show_default=False),
     ] = None,
-    spec: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="SPEC", help="Spec file (.toml) [default: the PMI of FILE].", show_default=False
-        ),
-    ] = None,
+    spec: SpecOfFile = None,
     edge_length: EdgeLength = None,
     points: Points = None,
     part: Part = None,

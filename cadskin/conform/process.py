@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any
 
 from cadskin.conform.capable import capable_model, correlation_length
 from cadskin.conform.requirements import bound_with_general
-from cadskin.conform.sizes import size_models, zone_models
+from cadskin.conform.sizes import middle_models
 from cadskin.deviation import DeviationModel, SumModel, from_dict, model_class
 from cadskin.errors import CadskinError, SpecificationError
 
@@ -88,7 +88,7 @@ def process_of(
     if free:
         usual = capable_model(nominal, bound, length=reach, scale=scale) if default is None else default
         terms.append(usual.on([feature.face_indices[0] for feature in free]) if taken else usual)
-    terms += [*size_models(bound, nominal, scale=scale), *zone_models(bound, nominal)]
+    terms += middle_models(bound, nominal, scale=scale)
     return terms[0] if len(terms) == 1 else SumModel(tuple(terms))
 
 

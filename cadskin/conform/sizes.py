@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from cadskin.spec import Dimension, FeatureSelection, Specification
     from cadskin.verify.extraction import MadePart
 
-__all__ = ["SizeLimits", "mean_offsets", "size_limits", "size_models", "zone_models"]
+__all__ = ["SizeLimits", "mean_offsets", "middle_models", "size_limits"]
 
 _FAR = 0.1  # of the radius: limits that lie further away belong to something else
 _SPREADS = 12.0  # standard deviations of the offset in the width of the limits: Cp = 2, the rest is for form
@@ -118,8 +118,8 @@ def size_limits(dimension: Dimension, nominal: NominalModel) -> SizeLimits:
     return limits
 
 
-def size_models(spec: Specification, nominal: NominalModel, *, scale: float = 1.0) -> list[DeviationModel]:
-    """Return a random offset for every cylinder whose size has limits.
+def middle_models(spec: Specification, nominal: NominalModel, *, scale: float = 1.0) -> list[DeviationModel]:
+    """Return what moves the middle of features: random offsets of sizes, offsets to shifted profile zones.
 
     Parameters
     ----------
@@ -130,36 +130,34 @@ def size_models(spec: Specification, nominal: NominalModel, *, scale: float = 1.
         Standard deviations are multiplied by it.
     """
     found: list[DeviationModel] = []
-    for feature, limits in _narrowest(spec, nominal):
+    sized = list(_narrowest(spec, nominal))
+    for feature, limits in sized:
         law = round(limits.offset(feature), 9) + 0.0, float(f"{scale * limits.spread:.6g}")
         found.append(Randomised(SizeOffset(1.0), "norm", law).on(feature.face_indices[0]))
+    for feature, offset in _shifted(spec, nominal, sized):
+        found.append(SizeOffset(round(offset, 9)).on(feature.face_indices[0]))
     return found
-
-
-def zone_models(spec: Specification, nominal: NominalModel) -> list[DeviationModel]:
-    """Return an offset to the middle of its zone for every feature with an unequally disposed profile."""
-    return [
-        SizeOffset(round(offset, 9)).on(feature.face_indices[0])
-        for feature, offset in _shifted(spec, nominal)
-    ]
 
 
 def mean_offsets(spec: Specification, nominal: NominalModel) -> Floats:
     """Return the deviation (n_c,) [mm] that brings sizes and shifted zones to their middle."""
     values = np.zeros(nominal.n_samples)
-    for feature, offset in _shifted(spec, nominal):
-        values[feature.rows] = offset
-    for feature, limits in _narrowest(spec, nominal):
+    sized = list(_narrowest(spec, nominal))
+    for feature, limits in sized:
         values[feature.rows] = limits.offset(feature)
+    for feature, offset in _shifted(spec, nominal, sized):
+        values[feature.rows] = offset
     return values
 
 
-def _shifted(spec: Specification, nominal: NominalModel) -> Iterator[tuple[Feature, float]]:
+def _shifted(
+    spec: Specification, nominal: NominalModel, sized: list[tuple[Feature, SizeLimits]]
+) -> Iterator[tuple[Feature, float]]:
     """Yield each feature whose narrowest profile zone is unequally disposed, and its shift [mm].
 
     Features whose size has limits go by those.
     """
-    sized = {feature.id for feature, _ in _narrowest(spec, nominal)}
+    by_size = {feature.id for feature, _ in sized}
     found: dict[int, tuple[float, Feature, float]] = {}
     for tolerance in spec:
         if tolerance.type not in ("surface_profile", "line_profile") or not tolerance.value:
@@ -169,7 +167,7 @@ def _shifted(spec: Specification, nominal: NominalModel) -> Iterator[tuple[Featu
             if feature.id not in found or tolerance.value < found[feature.id][0]:
                 found[feature.id] = (tolerance.value, feature, tolerance.zone.offset(tolerance.value))
     for value, feature, offset in found.values():
-        if feature.id not in sized and abs(offset) > 1e-9 * value:
+        if feature.id not in by_size and abs(offset) > 1e-9 * value:
             yield feature, offset
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
 
-from cadskin.errors import AssociationError, SpecificationError
+from cadskin.errors import SpecificationError
 from cadskin.shape.association import Association, Kind, associate
 from cadskin.verify.evaluation import Evaluation, active_of
 
@@ -201,21 +201,3 @@ def roundness(points: Points, **options: Any) -> Evaluation:
 def cylindricity(points: Points, **options: Any) -> Evaluation:
     """Evaluate the cylindricity of a cylinder; see `form`."""
     return form(points, "cylindricity", **options)
-
-
-def all_parameters(
-    points: Points, characteristic: FormCharacteristic, **options: Any
-) -> dict[str, float | None]:
-    """Return every parameter for every reference element by its ISO name; None where none exists."""
-    entry = FORMS[characteristic]
-    out: dict[str, float | None] = {}
-    for reference in entry.references:
-        wanted: tuple[Parameter, ...] = ("t", "p", "v", "q") if reference == "LS" else ("t",)
-        for parameter in wanted:
-            name = f"{entry.symbol}{parameter}_{reference}{entry.suffix}"
-            try:
-                found = form(points, characteristic, reference=reference, parameter=parameter, **options)
-                out[name] = found.value
-            except (AssociationError, SpecificationError):
-                out[name] = None
-    return out

@@ -8,7 +8,7 @@ from support.parts import plate_with_hole
 from cadskin.conform import capable_model, prepare_conforming, process_of, simulate_conforming
 from cadskin.conform.policy import policies_of, target
 from cadskin.conform.process import model_of_tolerance
-from cadskin.conform.sizes import mean_offsets, size_models
+from cadskin.conform.sizes import mean_offsets, middle_models
 from cadskin.deviation import GaussianField, Paraboloid
 from cadskin.errors import ConformityError, SpecificationError
 from cadskin.skin.simulate import simulate_ensemble
@@ -46,7 +46,7 @@ def test_hole_is_moved_to_the_middle_of_its_limits_and_stays_inside(part):
 
 def test_offset_of_the_size_has_its_law(part):
     spec = sized(part, -0.03, 0.03)
-    (model,) = size_models(spec, part)
+    (model,) = middle_models(spec, part)
     drawn = simulate_ensemble(part, model, size=400, rng=1, check=False).deviations
     rows = bore_of(part).rows
     assert np.ptp(drawn[:, rows], axis=1).max() == 0.0
@@ -129,7 +129,7 @@ def test_policy_of_a_tolerance(part):
 
 def test_spread_is_scaled_and_the_middle_is_not(part):
     spec = sized(part, 0.0, 0.06)
-    (usual,), (wide,) = size_models(spec, part), size_models(spec, part, scale=3.0)
+    (usual,), (wide,) = middle_models(spec, part), middle_models(spec, part, scale=3.0)
     assert wide.model.arguments == pytest.approx((usual.model.arguments[0], 3 * usual.model.arguments[1]))
     with pytest.raises(ConformityError, match=r"bore .* binds"):
         simulate_conforming(part, GaussianField(1e-6, 9.0), sized(part, 0.02, 0.06), rng=1, max_tries=3)
