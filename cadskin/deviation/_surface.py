@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from cadskin._typing import Floats, Ints, Points, Triangles
     from cadskin.deviation._collar import Collar
 
-__all__ = ["SurfaceField", "spectral_polynomial"]
+__all__ = ["ROBIN", "SurfaceField", "spectral_polynomial", "surface_operators"]
 
 # Pole g / l² and number of solves; in brackets the error of the correlation in the plane, measured.
 _POLES = {
@@ -48,14 +48,14 @@ _POLES = {
     "whittle": (0.5, 1),  # exact
     "exponential": (0.0659, 8),  # 5e-3
 }
-_ROBIN = 0.7  # boundary term, per length, against the doubled variance at free edges (fourfold at corners)
+ROBIN = 0.7  # boundary term, per length, against the doubled variance at free edges (fourfold at corners)
 _ALL_PROBES = 8_000  # meshes up to this size have the exact variance at every point
 _SAMPLES = 8_192  # for the variance of larger meshes with a varying length
 _PROBE_SPACING = 0.25  # of the points where larger meshes have it, in correlation lengths
 _BORDER_SPACING = 0.12  # of those on the boundary
 
 
-def _operators(
+def surface_operators(
     points: Points, triangles: Triangles, border: Collar | None, local: Floats
 ) -> tuple[csr_array, Floats, Floats]:
     """Laplacian with the squared local length, mass, and boundary mass with the local length."""
@@ -135,8 +135,8 @@ class SurfaceField(PatchField):
         pole, self.coefficients = spectral_polynomial(kernel)
         local = np.ones(len(points)) if stretch is None else np.asarray(stretch, dtype=np.float64)
         border = make_collar(points, triangles, WIDTH * local) if collar else None
-        laplacian, mass, edge = _operators(points, triangles, border, local)
-        diagonal = mass + _ROBIN * pole * edge
+        laplacian, mass, edge = surface_operators(points, triangles, border, local)
+        diagonal = mass + ROBIN * pole * edge
         matrix = (laplacian * pole + dia_array((diagonal[None], [0]), shape=laplacian.shape)).tocsr()
         self.matrix, self.lumped = matrix, mass
         places = points if border is None else border.extended(points, triangles)
