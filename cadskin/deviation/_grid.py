@@ -14,8 +14,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cadskin._jit import fast_kernel
-from cadskin.deviation._linear import COLUMNS, STRIP, columns_of, weighted_sums
+from cadskin._jit import kernel
+from cadskin.deviation._lanes import COLUMNS, add_square
+from cadskin.deviation._linear import STRIP, columns_of, weighted_sums, write_columns
 from cadskin.deviation._patch_fields import PatchField, SampledPlaces, unit_cholesky
 from cadskin.deviation.kernels import correlation
 from cadskin.errors import DeviationError
@@ -74,7 +75,7 @@ class GridField(PatchField):
         self.weights = weights
         strides = np.cumprod([1, *self.shape[:0:-1]])[::-1]
         self.first = (cell @ strides).astype(np.uint32)
-        self.offsets = _offsets(strides)
+        self.strides = strides.astype(np.int64)
         self.latent = int(np.prod(self.shape))
         self.certificate = float((1.0 - kept).max())
         self.note = (
@@ -95,7 +96,7 @@ class GridField(PatchField):
             for slab, target in zip(slabs, coloured, strict=True):
                 weighted_sums(factor, slab, True, target)
             values = coloured
-        stencil = (self.first, self.offsets, self.weights)
+        stencil = (self.first, self.strides, self.weights)
         placed = (places.points, places.scale, places.samples)
         _interpolate(values.reshape(self.latent, COLUMNS), *stencil, *placed, out)
 
@@ -120,17 +121,11 @@ def _axis_weights(place: Floats) -> tuple[NDArray[np.float32], Floats]:
     return (weights / np.sqrt(kept)[..., None]).astype(np.float32), kept.prod(axis=1)
 
 
-def _offsets(strides: Ints) -> NDArray[np.uint32]:
-    """Node offsets of the stencil, the last axis running fastest."""
-    grid = np.meshgrid(*[stride * np.arange(_STENCIL) for stride in strides], indexing="ij")
-    return np.asarray(sum(grid), dtype=np.uint32).ravel()
-
-
-@fast_kernel
+@kernel
 def _interpolate(
     values: Any,
     first: Any,
-    offsets: Any,
+    strides: Any,
     weights: Any,
     places: Any,
     scale: Any,
@@ -138,31 +133,26 @@ def _interpolate(
     out: Any,
 ) -> None:
     """out[r, samples[s]] = scale[s] sum of axis weights times values[node, r], the stencil of places[s]."""
-    _, d, stencil = weights.shape
     strip = np.zeros((STRIP, COLUMNS), dtype=np.float32)
-    outer = offsets.size // (stencil * stencil)
+    lines = np.arange(STRIP).astype(np.uint32)
+    d = strides.size
+    one, none = np.float32(1.0), np.float32(0.0)
     for begin in range(0, places.size, STRIP):
         end = min(begin + STRIP, places.size)
         for s in range(begin, end):
             i = places[s]
-            row = strip[s - begin]
-            for r in range(COLUMNS):
-                row[r] = 0.0
-            for a in range(outer):
-                wa = weights[i, 0, a] if d == 3 else np.float32(1.0)
-                for b in range(0, stencil, 2):  # two lines of four neighbours
-                    u, v = wa * weights[i, d - 2, b], wa * weights[i, d - 2, b + 1]
-                    w0, w1 = weights[i, d - 1, 0], weights[i, d - 1, 1]
-                    w2, w3 = weights[i, d - 1, 2], weights[i, d - 1, 3]
-                    j = first[i] + offsets[(a * stencil + b) * stencil]
-                    k = first[i] + offsets[(a * stencil + b + 1) * stencil]
-                    for r in range(COLUMNS):
-                        row[r] += (
-                            w0 * (u * values[j, r] + v * values[k, r])
-                            + w1 * (u * values[j + 1, r] + v * values[k + 1, r])
-                            + w2 * (u * values[j + 2, r] + v * values[k + 2, r])
-                            + w3 * (u * values[j + 3, r] + v * values[k + 3, r])
-                        )
-        for r in range(out.shape[0]):
-            for s in range(begin, end):
-                out[r, samples[s]] = scale[s] * strip[s - begin, r]
+            add_square(
+                values,
+                first[i],
+                strides[d - 2],
+                weights,
+                i,
+                weights[i, 0, 0] if d == 3 else one,
+                none,
+                strip,
+                s - begin,
+            )
+            for a in range(1, _STENCIL if d == 3 else 1):
+                node = first[i] + a * strides[0]
+                add_square(values, node, strides[d - 2], weights, i, weights[i, 0, a], one, strip, s - begin)
+        write_columns(strip, lines[: end - begin], scale[begin:end], samples[begin:end], out)

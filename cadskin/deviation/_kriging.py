@@ -10,14 +10,24 @@ Katzfuss, Guinness: A general framework for Vecchia approximations of Gaussian p
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from cadskin._jit import fast_kernel, kernel
-from cadskin.deviation._linear import COLUMNS, STRIP, columns_of, write_columns
-from cadskin.deviation._patch_fields import DenseField, PatchField, SampledPlaces
+from cadskin.deviation._lanes import COLUMNS, add_rows
+from cadskin.deviation._linear import STRIP, fill_columns, write_columns
+from cadskin.deviation._patch_fields import (
+    DenseField,
+    FactorField,
+    PatchField,
+    SampledPlaces,
+    WholeField,
+    low_rank_factor,
+)
 from cadskin.deviation.kernels import correlation_of, kernel_code, squared_distance
 
 if TYPE_CHECKING:
@@ -25,20 +35,22 @@ if TYPE_CHECKING:
 
     from cadskin._typing import Floats, Ints, Points
 
-__all__ = ["VECCHIA_NEIGHBOURS", "TwoLevelField", "VecchiaField", "coarse_points"]
+__all__ = ["TwoLevelField", "VecchiaField", "coarse_points", "kriging_interpolation"]
 
-# Predecessors that keep the correlation error near 6e-3, measured.
-VECCHIA_NEIGHBOURS = {
-    "squared_exponential": 128,
-    "matern52": 64,
-    "matern32": 64,
-    "whittle": 48,
-    "exponential": 48,
+# Predecessors (multiples of 4) of points whose level is spaced more than so many correlation lengths, the
+# coarsest first. In brackets the error of the correlation, measured: docs/deviations.md.
+VECCHIA_STAGES: dict[str, tuple[tuple[float, int], ...]] = {
+    "squared_exponential": ((0.0, 128),),
+    "matern52": ((0.3, 128), (0.15, 64), (0.0, 20)),  # 1e-3
+    "matern32": ((0.25, 64), (0.12, 32), (0.0, 16)),  # 4e-3
+    "whittle": ((0.1, 48), (0.0, 20)),  # 4e-3
+    "exponential": ((0.03, 48), (0.0, 24)),  # 8e-3
 }
 _NUGGET = 1e-7
-_VECCHIA_NUGGET = 1e-5  # smaller ones make the squared exponential worse
+_VECCHIA_NUGGET = {"squared_exponential": 1e-5, "matern52": 1e-6}  # smaller ones make these worse
 _STENCIL = 16  # coarse points each value is predicted from
 _DENSE_COARSE = 3000  # largest coarse field that is sampled exactly
+_DEFECT = 1e-5  # variance that a coarse field of low rank may lack
 
 
 class TwoLevelField(PatchField):
@@ -67,7 +79,7 @@ class TwoLevelField(PatchField):
         weights, variance = _kriging_weights(coarse, scaled, ids, kernel_code(kernel), _NUGGET)
         self.coarse = _coarse_field(coarse, kernel)
         self.latent = self.coarse.latent
-        self.neighbours = self.coarse.place_of_point[np.maximum(ids, 0)]
+        self.neighbours = self.coarse.place_of_point[np.maximum(ids, 0)]  # missing ones have weight zero
         self.weights = weights / np.sqrt(np.maximum(1.0 - variance, 1e-9))[:, None].astype(np.float32)
         self.certificate = float(variance.max())
         self.note = (
@@ -79,9 +91,9 @@ class TwoLevelField(PatchField):
         self, noise: NDArray[np.float32], scratch: NDArray[np.float32], places: SampledPlaces, out: Floats
     ) -> None:
         """Sample the coarse field and carry it over."""
-        del scratch
+        coarse = self.coarse.columns(noise, scratch[: len(self.coarse.place_of_point)])
         placed = (places.points, places.scale, places.samples)
-        _prolong(self.neighbours, self.weights, self.coarse.columns(noise), *placed, out)
+        _prolong(self.neighbours, self.weights, coarse, *placed, out)
 
 
 def _nearest(coarse: Points, points: Points, count: int) -> NDArray[np.int32]:
@@ -105,10 +117,14 @@ def kriging_interpolation(places: Points, values: Floats, points: Points) -> Flo
     return np.asarray(np.einsum("ik,ik->i", weights, values[np.maximum(ids, 0)]), dtype=np.float64)
 
 
-def _coarse_field(points: Points, kernel: str) -> DenseField | VecchiaField:
+def _coarse_field(points: Points, kernel: str) -> WholeField:
+    if kernel == "squared_exponential":
+        factor, defect = low_rank_factor(points, kernel, tolerance=_DEFECT, max_rank=len(points) // 3)
+        if defect <= _DEFECT:
+            return FactorField(factor, f"{factor.shape[1]} Karhunen-Loeve terms")
     if len(points) <= _DENSE_COARSE:
         return DenseField(points, kernel)
-    return VecchiaField(points, kernel, neighbours=VECCHIA_NEIGHBOURS[kernel])
+    return VecchiaField(points, kernel)
 
 
 def coarse_points(points: Points, spacing: float) -> Ints:
@@ -132,104 +148,146 @@ def _cell_ids(cells: Ints) -> tuple[Ints, Ints]:
     return unique, inverse
 
 
-class VecchiaField(PatchField):
+class VecchiaField(WholeField):
     """Sequential sampling: each value given its nearest predecessors, coarse points first.
+
+    The coarse points, whose values are far from determined by their predecessors, need many of them to keep
+    the law; between close neighbours few are enough (`VECCHIA_STAGES`).
 
     Parameters
     ----------
     points : (n, d) float
         Divided by the correlation length.
     kernel : str
-    neighbours : int
-        Predecessors each value is conditioned on.
     """
 
-    def __init__(self, points: Points, kernel: str, *, neighbours: int = 48) -> None:
+    def __init__(self, points: Points, kernel: str) -> None:
         scaled = np.ascontiguousarray(points, dtype=np.float64)
-        self.order = coarse_to_fine_order(scaled)
-        self.place_of_point = np.argsort(self.order).astype(np.uint32)
-        ordered = np.ascontiguousarray(scaled[self.order])
-        self.neighbours = previous_neighbours(ordered, neighbours)
-        weights, variance = _kriging_weights(
-            ordered, ordered, self.neighbours, kernel_code(kernel), _VECCHIA_NUGGET
-        )
-        self.weights = weights
-        self.neighbours = np.maximum(self.neighbours, 0).astype(
-            np.uint32
-        )  # those that are missing have weight zero
-        self.deviation = np.sqrt(np.maximum(variance, 0.0)).astype(np.float32)
+        levels = coarse_to_fine_levels(scaled)
+        order = np.concatenate([level.points for level in levels])
+        ordered = np.ascontiguousarray(scaled[order])
+        self.place_of_point = np.argsort(order).astype(np.uint32)
+        self.stages = [
+            _stage(ordered, kernel, *bounds) for bounds in _bounds_of_stages(levels, VECCHIA_STAGES[kernel])
+        ]
         self.latent = len(scaled)
-        self.note = f"Vecchia with {neighbours} neighbours for {len(scaled)} points"
+        mean = sum(stage.neighbours.size for stage in self.stages) / max(len(scaled), 1)
+        self.note = f"Vecchia with {mean:.0f} neighbours on average for {len(scaled)} points"
 
-    def columns(self, noise: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return the fields (n, COLUMNS) in the order of the sampler."""
-        values: NDArray[np.float32] = columns_of(noise)
-        _sequential(self.neighbours, self.weights, self.deviation, values)
-        return values
-
-    def write(
-        self, noise: NDArray[np.float32], scratch: NDArray[np.float32], places: SampledPlaces, out: Floats
-    ) -> None:
-        """Go through the points in their order."""
-        del scratch
-        write_columns(
-            self.columns(noise), self.place_of_point[places.points], places.scale, places.samples, out
-        )
+    def columns(self, noise: NDArray[np.float32], scratch: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Go through the points in the order of the sampler."""
+        fill_columns(noise, scratch)
+        for stage in self.stages:
+            _sequential(stage.neighbours, stage.weights, stage.deviation, stage.start, scratch)
+        return scratch
 
 
-def coarse_to_fine_order(points: Points) -> Ints:
-    """Return an order in which every prefix is spread over the whole: grids of shrinking cells."""
+@dataclass(frozen=True, eq=False)
+class _Stage:
+    """Points from ``start`` on with their predecessors (k, m), weights (k, m) and conditional deviations."""
+
+    start: int
+    neighbours: NDArray[np.uint32]
+    weights: NDArray[np.float32]
+    deviation: NDArray[np.float32]
+
+
+def _stage(ordered: Points, kernel: str, start: int, stop: int, count: int) -> _Stage:
+    ids = previous_neighbours(ordered, start, stop, count)
+    nugget = _VECCHIA_NUGGET.get(kernel, 1e-5)
+    weights, variance = _kriging_weights(ordered, ordered[start:stop], ids, kernel_code(kernel), nugget)
+    return _Stage(
+        start,
+        np.maximum(ids, 0).astype(np.uint32),  # those that are missing have weight zero
+        weights,
+        np.sqrt(np.maximum(variance, 0.0)).astype(np.float32),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Level:
+    """Points (k,) that are added at a spacing."""
+
+    spacing: float
+    points: Ints
+
+
+def _bounds_of_stages(
+    levels: Sequence[Level], stages: Sequence[tuple[float, int]]
+) -> list[tuple[int, int, int]]:
+    """Return start, stop and number of predecessors of runs of levels."""
+    bounds: list[tuple[int, int, int]] = []
+    start = 0
+    for level in levels:
+        stop = start + len(level.points)
+        count = next((count for spacing, count in stages if level.spacing > spacing), stages[-1][1])
+        if bounds and bounds[-1][2] == count:
+            bounds[-1] = (bounds[-1][0], stop, count)
+        else:
+            bounds.append((start, stop, count))
+        start = stop
+    return bounds
+
+
+def coarse_to_fine_levels(points: Points) -> list[Level]:
+    """Return the points in an order in which every prefix is spread over the whole: grids of shrinking cells.
+
+    The last level holds what is left, half of the points or less.
+    """
     n = len(points)
     extent = float(np.ptp(points, axis=0).max()) or 1.0
     left = np.arange(n)
-    order: list[Ints] = []
+    levels: list[Level] = []
     cell = extent
     while len(left):
         chosen = coarse_points(points[left], cell)
-        picked = left[chosen]
-        if order:
-            near, _ = cKDTree(points[np.concatenate(order)]).query(points[picked])
+        if levels:
+            before = points[np.concatenate([level.points for level in levels])]
+            near, _ = cKDTree(before).query(points[left[chosen]])
             chosen = chosen[near > 0.5 * cell]
-            picked = left[chosen]
-        if len(picked):
-            order.append(picked)
+        if len(chosen):
+            levels.append(Level(cell, left[chosen]))
             left = np.delete(left, chosen)
-        if len(left) < 0.5 * n or cell < 1e-6 * extent:
-            order.append(left)
-            break
         cell /= math.sqrt(2.0)
-    return np.concatenate(order)
+        if len(left) < 0.5 * n or cell < 1e-6 * extent:
+            levels.append(Level(cell, left))
+            break
+    return levels
 
 
-def previous_neighbours(points: Points, count: int) -> NDArray[np.int32]:
-    """Return the ``count`` nearest predecessors of each point (n, count), -1 where there are fewer."""
-    n = len(points)
-    found = np.full((n, count), -1, dtype=np.int32)
-    _brute_force(points, min(n, 4 * count), found)
-    start = min(n, 4 * count)
-    while start < n:
-        stop = min(n, start + max(start // 4, 1), start + 20_000)
-        tree = cKDTree(points[:start])
-        within = cKDTree(points[start:stop])
-        _, before = tree.query(points[start:stop], k=count)
-        _, inside = within.query(points[start:stop], k=min(count, stop - start))
-        candidates = np.concatenate(
-            [np.atleast_2d(before), np.atleast_2d(inside).reshape(stop - start, -1) + start], axis=1
-        )
-        _nearest_candidates(points, start, candidates.astype(np.int32), found)
-        start = stop
+def coarse_to_fine_order(points: Points) -> Ints:
+    """Return the points of all levels, one level after the other."""
+    return np.concatenate([level.points for level in coarse_to_fine_levels(points)])
+
+
+def previous_neighbours(points: Points, start: int, stop: int, count: int) -> NDArray[np.int32]:
+    """Return the ``count`` nearest predecessors of points start to stop, -1 where there are fewer."""
+    found = np.full((stop - start, count), -1, dtype=np.int32)
+    few = min(stop, 4 * count)
+    if start < few:
+        _brute_force(points, start, few, found)
+    place = max(start, few)
+    while place < stop:
+        end = min(stop, place + max(place // 4, 1), place + 20_000)
+        tree = cKDTree(points[:place])
+        within = cKDTree(points[place:end])
+        _, before = tree.query(points[place:end], k=count)
+        _, inside = within.query(points[place:end], k=min(count, end - place))
+        candidates = np.concatenate([before, inside.reshape(end - place, -1) + place], axis=1)
+        _nearest_candidates(points, place, candidates.astype(np.int32), found[place - start : end - start])
+        place = end
     return found
 
 
 @kernel
-def _brute_force(points: Any, stop: int, found: Any) -> None:
-    for i in range(stop):
+def _brute_force(points: Any, start: int, stop: int, found: Any) -> None:
+    for i in range(start, stop):
         distance = np.zeros(i)
         for j in range(i):
             distance[j] = squared_distance(points, i, points, j)
         best = np.argsort(distance)
         for k in range(min(i, found.shape[1])):
-            found[i, k] = best[k]
+            found[i - start, k] = best[k]
 
 
 @kernel
@@ -245,7 +303,7 @@ def _nearest_candidates(points: Any, start: int, candidates: Any, found: Any) ->
         best = np.argsort(distance)
         for k in range(found.shape[1]):
             if distance[best[k]] < np.inf:
-                found[i, k] = candidates[row, best[k]]
+                found[row, k] = candidates[row, best[k]]
 
 
 @fast_kernel
@@ -299,47 +357,22 @@ def _kriging_weights(sources: Any, targets: Any, neighbours: Any, code: int, nug
     return weights, variance
 
 
-@fast_kernel
+@kernel
 def _prolong(
     neighbours: Any, weights: Any, coarse: Any, places: Any, scale: Any, samples: Any, out: Any
 ) -> None:
     """out[r, samples[s]] = scale[s] sum_k weights[i, k] coarse[neighbours[i, k], r], i = places[s]."""
     strip = np.zeros((STRIP, COLUMNS), dtype=np.float32)
+    lines = np.arange(STRIP).astype(np.uint32)
     for first in range(0, places.size, STRIP):
         stop = min(first + STRIP, places.size)
         for s in range(first, stop):
-            _eight_terms(neighbours, weights, places[s], 0, coarse, np.float32(0.0), strip, s - first)
-            _eight_terms(neighbours, weights, places[s], 8, coarse, np.float32(1.0), strip, s - first)
-        for r in range(out.shape[0]):
-            for s in range(first, stop):
-                out[r, samples[s]] = scale[s] * strip[s - first, r]
+            add_rows(coarse, neighbours, weights, places[s], np.float32(0.0), strip, s - first)
+        write_columns(strip, lines[: stop - first], scale[first:stop], samples[first:stop], out)
 
 
-@fast_kernel
-def _eight_terms(ids: Any, weights: Any, i: int, k: int, coarse: Any, kept: Any, out: Any, line: int) -> None:
-    """Add eight weighted rows of ``coarse`` to ``kept`` times a line of ``out``."""
-    w0, w1, w2, w3 = weights[i, k], weights[i, k + 1], weights[i, k + 2], weights[i, k + 3]
-    w4, w5, w6, w7 = weights[i, k + 4], weights[i, k + 5], weights[i, k + 6], weights[i, k + 7]
-    a, b, c, d = ids[i, k], ids[i, k + 1], ids[i, k + 2], ids[i, k + 3]
-    e, f, g, h = ids[i, k + 4], ids[i, k + 5], ids[i, k + 6], ids[i, k + 7]
-    for r in range(COLUMNS):
-        out[line, r] = kept * out[line, r] + (
-            w0 * coarse[a, r] + w1 * coarse[b, r] + w2 * coarse[c, r] + w3 * coarse[d, r]
-            + w4 * coarse[e, r] + w5 * coarse[f, r] + w6 * coarse[g, r] + w7 * coarse[h, r]
-        )  # fmt: skip
-
-
-@fast_kernel
-def _sequential(neighbours: Any, weights: Any, deviation: Any, values: Any) -> None:
-    """Turn noise (n, k) in place into values, each given its predecessors."""
-    n, m = neighbours.shape
-    for i in range(n):
-        row = values[i]
-        scale = deviation[i]
-        for r in range(COLUMNS):
-            row[r] *= scale
-        for k in range(0, m, 4):
-            w0, w1, w2, w3 = weights[i, k], weights[i, k + 1], weights[i, k + 2], weights[i, k + 3]
-            a, b, c, d = neighbours[i, k], neighbours[i, k + 1], neighbours[i, k + 2], neighbours[i, k + 3]
-            for r in range(COLUMNS):
-                row[r] += w0 * values[a, r] + w1 * values[b, r] + w2 * values[c, r] + w3 * values[d, r]
+@kernel
+def _sequential(neighbours: Any, weights: Any, deviation: Any, start: int, values: Any) -> None:
+    """Turn noise (n, COLUMNS) from ``start`` on in place into values, each given its predecessors."""
+    for i in range(neighbours.shape[0]):
+        add_rows(values, neighbours, weights, i, deviation[i], values, start + i)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from cadskin._jit import fast_kernel, kernel
+from cadskin.deviation._lanes import COLUMNS, TILE, four_products, one_product, read_tile, write_tile
 from cadskin.deviation._philox import fill_normals, padded_count
 from cadskin.deviation.samplers import Sampler
 
@@ -27,14 +28,15 @@ __all__ = [
     "LinearSampler",
     "NodewiseSampler",
     "columns_of",
+    "fill_columns",
+    "matrix_product",
     "spread",
     "weighted_sums",
     "write_columns",
 ]
 
 _STRIP = 256  # columns whose sums stay in the first-level cache
-STRIP = 64  # points interpolated before they are written: runs of a row
-COLUMNS = 32  # a literal: the compiled code has it inside, and its cache looks at this file only
+STRIP = 64  # points whose values stay there until they are written
 
 
 class LinearSampler(Sampler):
@@ -46,7 +48,7 @@ class LinearSampler(Sampler):
     latent : int
         Number of standard normal numbers of one field.
     n_nodes : int
-        Width of the scratch memory that `write` gets.
+        Rows of the scratch memory that `write` gets.
     """
 
     def __init__(self, n_samples: int, latent: int, n_nodes: int) -> None:
@@ -56,13 +58,13 @@ class LinearSampler(Sampler):
 
     @abstractmethod
     def write(self, noise: NDArray[np.float32], fields: NDArray[np.float32], out: Floats) -> None:
-        """Write the deviations of noise (COLUMNS, latent); ``fields`` (COLUMNS, n_nodes) is scratch."""
+        """Write the deviations of noise (COLUMNS, latent); ``fields`` (n_nodes, COLUMNS) is scratch."""
 
     def transform(self, noise: NDArray[Any]) -> Floats:
         """Return the deviation fields (k, n_c) [mm] of standard normal numbers (k, latent)."""
         out = np.zeros((len(noise), self.n_samples))
         block = np.zeros((COLUMNS, self.latent), dtype=np.float32)
-        fields = np.zeros((COLUMNS, self.n_nodes), dtype=np.float32)
+        fields = np.zeros((self.n_nodes, COLUMNS), dtype=np.float32)
         for start in range(0, len(noise), COLUMNS):
             rows = noise[start : start + COLUMNS]
             block[: len(rows)] = rows
@@ -72,7 +74,7 @@ class LinearSampler(Sampler):
     def fill(self, seeds: Sequence[np.random.SeedSequence], out: Floats) -> None:
         """Draw the noise of each seed and colour it."""
         block = np.zeros((COLUMNS, padded_count(self.latent)), dtype=np.float32)
-        fields = np.zeros((COLUMNS, self.n_nodes), dtype=np.float32)
+        fields = np.zeros((self.n_nodes, COLUMNS), dtype=np.float32)
         for start in range(0, len(seeds), COLUMNS):
             fill_normals(seeds[start : start + COLUMNS], block)
             self.write(block[:, : self.latent], fields, out[start : start + COLUMNS])
@@ -98,41 +100,86 @@ class NodewiseSampler(LinearSampler):
         self._everywhere = np.arange(self.n_samples, dtype=np.uint32)
 
     @abstractmethod
-    def colour(self, noise: NDArray[np.float32], out: NDArray[np.float32]) -> None:
-        """Write the unit fields of noise (COLUMNS, latent) into ``out`` (COLUMNS, n_nodes)."""
+    def colour(self, noise: NDArray[np.float32], scratch: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return the unit fields (COLUMNS, n_nodes) of noise (COLUMNS, latent), in ``scratch`` or not."""
 
     def write(self, noise: NDArray[np.float32], fields: NDArray[np.float32], out: Floats) -> None:
         """Make the field, then scale it at the samples."""
-        self.colour(noise, fields)
-        spread(fields, self.node_of_sample, self.scale, self._everywhere, out)
+        rows = self.colour(noise, fields.reshape(COLUMNS, self.n_nodes))
+        spread(rows, self.node_of_sample, self.scale, self._everywhere, out)
 
 
 @kernel
 def spread(fields: Any, places: Any, scale: Any, samples: Any, out: Any) -> None:
     """out[:, samples[i]] = scale[i] fields[:, places[i]]."""
-    for row in range(out.shape[0]):
-        for i in range(samples.size):
-            out[row, samples[i]] = scale[i] * fields[row, places[i]]
+    for first in range(0, samples.size, STRIP):
+        stop = min(first + STRIP, samples.size)
+        if _is_run(samples, first, stop) and _is_run(places, first, stop):
+            source, target = np.intp(places[first]), np.intp(samples[first])
+            for row in range(out.shape[0]):
+                for i in range(stop - first):
+                    out[row, target + i] = scale[first + i] * fields[row, source + i]
+        else:
+            for row in range(out.shape[0]):
+                for i in range(first, stop):
+                    out[row, samples[i]] = scale[i] * fields[row, places[i]]
 
 
 @kernel
-def columns_of(rows: Any) -> Any:
+def _is_run(numbers: Any, first: int, stop: int) -> bool:
+    for i in range(first, stop - 1):  # noqa: SIM110  # numba compiles no generator
+        if numbers[i + 1] - numbers[i] != 1:
+            return False
+    return True
+
+
+def columns_of(rows: NDArray[np.float32]) -> NDArray[np.float32]:
     """Transpose rows (COLUMNS, n) to a new array (n, COLUMNS)."""
     out = np.zeros((rows.shape[1], COLUMNS), dtype=np.float32)
-    for i in range(rows.shape[1]):
-        for r in range(COLUMNS):
-            out[i, r] = rows[r, i]
+    fill_columns(rows, out)
     return out
 
 
 @kernel
+def fill_columns(rows: Any, out: Any) -> None:
+    """Transpose rows (COLUMNS, n) into ``out`` (n, COLUMNS)."""
+    count = rows.shape[1]
+    whole = count - count % TILE
+    for i in range(0, whole, TILE):
+        for r in range(0, COLUMNS, TILE):
+            read_tile(rows, r, i, out, i)
+    for i in range(whole, count):
+        for r in range(COLUMNS):
+            out[i, r] = rows[r, i]
+
+
+@kernel
 def write_columns(columns: Any, places: Any, scale: Any, samples: Any, out: Any) -> None:
-    """out[r, samples[s]] = scale[s] columns[places[s], r], in strips to write runs of a row."""
-    for first in range(0, samples.size, STRIP):
-        stop = min(first + STRIP, samples.size)
-        for r in range(out.shape[0]):
-            for s in range(first, stop):
+    """out[r, samples[s]] = scale[s] columns[places[s], r], in squares where the samples follow each other."""
+    s = 0
+    while s < samples.size:
+        if out.shape[0] == COLUMNS and s + TILE <= samples.size and _is_run(samples, s, s + TILE):
+            for r in range(0, COLUMNS, TILE):
+                write_tile(columns, places, scale, s, r, out, samples[s])
+            s += TILE
+        else:
+            for r in range(out.shape[0]):
                 out[r, samples[s]] = scale[s] * columns[places[s], r]
+            s += 1
+
+
+@kernel
+def matrix_product(weights: Any, rows: Any, triangular: bool, out: Any) -> None:
+    """Matrix product of weights (p, q), lower triangular or not, and rows (q, COLUMNS); float32."""
+    count, terms = weights.shape
+    if terms == 0:
+        out[:count] = 0.0
+        return
+    whole = count - count % 4
+    for i in range(0, whole, 4):
+        four_products(weights, rows, i, min(i + 4, terms) if triangular else terms, out)
+    for i in range(whole, count):
+        one_product(weights, rows, i, min(i + 1, terms) if triangular else terms, out)
 
 
 @fast_kernel

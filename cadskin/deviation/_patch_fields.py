@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from cadskin._jit import fast_kernel, kernel
-from cadskin.deviation._linear import COLUMNS, columns_of, spread, weighted_sums
+from cadskin.deviation._linear import columns_of, matrix_product, write_columns
 from cadskin.deviation.kernels import correlation_matrix, correlation_of, kernel_code, squared_distance
 from cadskin.errors import DeviationError
 
@@ -19,7 +19,16 @@ if TYPE_CHECKING:
 
     from cadskin._typing import Floats, Points
 
-__all__ = ["DenseField", "LowRankField", "PatchField", "SampledPlaces", "WholeField", "unit_cholesky"]
+__all__ = [
+    "DenseField",
+    "FactorField",
+    "LowRankField",
+    "PatchField",
+    "SampledPlaces",
+    "WholeField",
+    "low_rank_factor",
+    "unit_cholesky",
+]
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,24 +70,57 @@ class PatchField(ABC):
     ) -> None:
         """Write the fields of noise (COLUMNS, latent) into the columns of ``out`` that the places name.
 
-        ``scratch`` (COLUMNS, n) is there for those who need the whole field; memory that is not touched costs
+        ``scratch`` (n, COLUMNS) is there for those who need the whole field; memory that is not touched costs
         nothing.
         """
 
 
 class WholeField(PatchField):
-    """A field that is made on all points at once."""
+    """A field that is made on all points at once.
+
+    Attributes
+    ----------
+    place_of_point : (n,) uint32
+        Row of each point in the fields that `columns` returns.
+    """
+
+    place_of_point: NDArray[np.uint32]
 
     @abstractmethod
-    def apply(self, noise: NDArray[np.float32], out: NDArray[np.float32]) -> None:
-        """Write the fields of noise (COLUMNS, latent) into ``out`` (COLUMNS, n)."""
+    def columns(self, noise: NDArray[np.float32], scratch: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return the fields (n, COLUMNS) of noise (COLUMNS, latent), in ``scratch`` (n, COLUMNS)."""
 
     def write(
         self, noise: NDArray[np.float32], scratch: NDArray[np.float32], places: SampledPlaces, out: Floats
     ) -> None:
         """Make the field, then scale it at the places."""
-        self.apply(noise, scratch)
-        spread(scratch, places.points, places.scale, places.samples, out)
+        columns = self.columns(noise, scratch)
+        write_columns(columns, self.place_of_point[places.points], places.scale, places.samples, out)
+
+
+class FactorField(WholeField):
+    """A field F z with a given factor.
+
+    Parameters
+    ----------
+    factor : (n, k) float
+        A row per point.
+    note : str
+    triangular : bool
+        True where ``factor`` is lower triangular.
+    """
+
+    def __init__(self, factor: Floats, note: str, *, triangular: bool = False) -> None:
+        self.factor = np.ascontiguousarray(factor, dtype=np.float32)
+        self.triangular = triangular
+        self.place_of_point = np.arange(len(factor), dtype=np.uint32)
+        self.latent = self.factor.shape[1]
+        self.note = note
+
+    def columns(self, noise: NDArray[np.float32], scratch: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Multiply by the factor."""
+        matrix_product(self.factor, columns_of(noise), self.triangular, scratch)
+        return scratch
 
 
 def unit_cholesky(covariance: Floats, what: str) -> Floats:
@@ -104,7 +146,7 @@ def unit_cholesky(covariance: Floats, what: str) -> Floats:
     )
 
 
-class DenseField(WholeField):
+class DenseField(FactorField):
     """Exact: the Cholesky factor of the correlation matrix; for some hundred points.
 
     Parameters
@@ -117,24 +159,10 @@ class DenseField(WholeField):
     def __init__(self, points: Points, kernel: str) -> None:
         covariance = correlation_matrix(points, points, kernel)
         factor = unit_cholesky(covariance, f"the covariance with kernel {kernel!r}")
-        self.latent = len(points)
-        self.factor = np.ascontiguousarray(factor.T, dtype=np.float32)
-        self.place_of_point = np.arange(len(points), dtype=np.uint32)
-        self.note = f"dense Cholesky of {len(points)} points"
-
-    def apply(self, noise: NDArray[np.float32], out: NDArray[np.float32]) -> None:
-        """Multiply by the factor."""
-        weighted_sums(noise, self.factor, False, out)
-
-    def columns(self, noise: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return the fields (n, COLUMNS)."""
-        out = np.zeros((COLUMNS, self.latent), dtype=np.float32)
-        self.apply(noise, out)
-        columns: NDArray[np.float32] = columns_of(out)
-        return columns
+        super().__init__(factor, f"dense Cholesky of {len(points)} points", triangular=True)
 
 
-class LowRankField(WholeField):
+class LowRankField(FactorField):
     """Truncated Karhunen-Loeve expansion, its span found by a pivoted Cholesky factorisation.
 
     The pivot with the largest residual variance comes next, until that variance is below ``tolerance``: a
@@ -161,24 +189,28 @@ class LowRankField(WholeField):
     """
 
     def __init__(self, points: Points, kernel: str, *, tolerance: float = 1e-4, max_rank: int = 1500) -> None:
-        scaled = np.ascontiguousarray(points, dtype=np.float64)
-        factor, defect = _pivoted_cholesky(scaled, kernel_code(kernel), tolerance, min(max_rank, len(scaled)))
+        factor, defect = low_rank_factor(points, kernel, tolerance=tolerance, max_rank=max_rank)
         if defect > tolerance:
             raise DeviationError(
-                f"{len(factor)} Karhunen-Loeve terms leave a variance defect of {defect:.3g}, more than "
+                f"{factor.shape[1]} Karhunen-Loeve terms leave a variance defect of {defect:.3g}, more than "
                 f"{tolerance:.3g}; use method='two_level' or 'vecchia'"
             )
-        factor /= np.linalg.norm(factor, axis=0, keepdims=True)
-        self.latent = len(factor)
-        self.factor = np.ascontiguousarray(factor, dtype=np.float32)
         self.defect = defect
-        self.note = (
-            f"Karhunen-Loeve with {self.latent} terms for {len(scaled)} points, variance defect {defect:.2g}"
+        super().__init__(
+            factor,
+            f"Karhunen-Loeve with {factor.shape[1]} terms for {len(points)} points, "
+            f"variance defect {defect:.2g}",
         )
 
-    def apply(self, noise: NDArray[np.float32], out: NDArray[np.float32]) -> None:
-        """Multiply by the factor."""
-        weighted_sums(noise, self.factor, False, out)
+
+def low_rank_factor(points: Points, kernel: str, *, tolerance: float, max_rank: int) -> tuple[Floats, float]:
+    """Return a factor (n, k) of the correlation, its rows of unit length, and the largest defect before that.
+
+    The defect is over the tolerance where ``max_rank`` columns do not reach it.
+    """
+    scaled = np.ascontiguousarray(points, dtype=np.float64)
+    factor, defect = _pivoted_cholesky(scaled, kernel_code(kernel), tolerance, min(max_rank, len(scaled)))
+    return factor.T / np.linalg.norm(factor, axis=0)[:, None], float(defect)
 
 
 @kernel

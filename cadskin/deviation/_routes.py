@@ -8,8 +8,8 @@ route             used for                                               largest
 dense             up to 600 points                                       1e-6 (float32)
 karhunen_loeve    squared exponential, up to 10 000 points, rank <= 400  1e-4
 grid              squared exponential, any size                          6e-4
-two_level         smooth kernels, many points per length                 1e-3 (SE), 4e-3 (Matern 5/2)
-vecchia           rough kernels, or few points per length                8e-3
+two_level         squared exponential where the grid would be too large  1e-3
+vecchia           all other kernels, and few points per length           1e-3 (Matern 5/2) to 8e-3
 surface           thin patches, metric="surface"                         0.03 at 7 vertices per l
 ================  =====================================================  ==========================
 """
@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cadskin.deviation._grid import MAX_CELLS, GridField, grid_cells
-from cadskin.deviation._kriging import VECCHIA_NEIGHBOURS, TwoLevelField, VecchiaField
+from cadskin.deviation._kriging import TwoLevelField, VecchiaField
 from cadskin.deviation._patch_fields import DenseField, LowRankField, PatchField
 from cadskin.deviation._patches import PatchPoints, is_thin
 from cadskin.deviation._surface import SurfaceField
@@ -85,7 +85,7 @@ def make_field(patch: PatchPoints, length: float, kernel: str, metric: str, meth
         return LowRankField(points, kernel)
     if chosen == "two_level":
         return TwoLevelField(points, kernel, spacing=_SPACING.get(kernel, 1 / 8))
-    return VecchiaField(points, kernel, neighbours=VECCHIA_NEIGHBOURS[kernel])
+    return VecchiaField(points, kernel)
 
 
 def _choose(patch: PatchPoints, length: float, kernel: str) -> str:
@@ -97,8 +97,7 @@ def _choose(patch: PatchPoints, length: float, kernel: str) -> str:
         return "karhunen_loeve"
     if kernel == "squared_exponential" and _grid_pays(patch, length):
         return "grid"
-    smooth = kernel in ("squared_exponential", "matern52")
-    if smooth and lengths / _SPACING[kernel] ** 2 < 0.1 * count:
+    if kernel == "squared_exponential" and lengths / _SPACING[kernel] ** 2 < 0.1 * count:
         return "two_level"
     return "vecchia"
 

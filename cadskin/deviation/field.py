@@ -175,7 +175,7 @@ class PatchwiseSampler(LinearSampler):
         out[:, self.unused] = 0.0
         parts = zip(self.fields, self.nodes_of, self.latent_of, self.places_of, strict=True)
         for unit, nodes, latent, places in parts:
-            unit.write(noise[:, latent], fields[:, nodes], places, out)
+            unit.write(noise[:, latent], fields[nodes], places, out)
 
 
 def _sampled_places(patch: PatchPoints, scale: Floats) -> SampledPlaces:

@@ -16,9 +16,8 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from cadskin.deviation._eigenpairs import lowest_modes
-from cadskin.deviation._linear import weighted_sums
 from cadskin.deviation._parameters import finite, positive
-from cadskin.deviation._patch_fields import LowRankField, WholeField
+from cadskin.deviation._patch_fields import FactorField, LowRankField
 from cadskin.deviation._patches import PatchPoints, patch_points
 from cadskin.deviation._shares import needs_numbers, number_or_share
 from cadskin.deviation.base import MM, DeviationModel
@@ -30,26 +29,11 @@ from cadskin.errors import DeviationError
 from cadskin.shape.operators import boundary_edges, cotangent_laplacian, lumped_mass
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from cadskin._typing import Floats, Points, Triangles
     from cadskin.deviation.samplers import Sampler
     from cadskin.shape import Feature, NominalModel
 
-__all__ = ["FactorField", "KarhunenLoeve", "Modes", "laplacian_modes", "upright"]
-
-
-class FactorField(WholeField):
-    """A field z F with a given factor F (k, n)."""
-
-    def __init__(self, factor: Floats, note: str) -> None:
-        self.factor = np.ascontiguousarray(factor, dtype=np.float32)
-        self.latent = len(self.factor)
-        self.note = note
-
-    def apply(self, noise: NDArray[np.float32], out: NDArray[np.float32]) -> None:
-        """Multiply by the factor."""
-        weighted_sums(noise, self.factor, False, out)
+__all__ = ["KarhunenLoeve", "Modes", "laplacian_modes", "upright"]
 
 
 @register
@@ -108,7 +92,9 @@ class KarhunenLoeve(DeviationModel):
 
     def _modes(self, patch: PatchPoints) -> FactorField:
         tolerance = min(1e-3, max(0.1 * (1.0 - self.energy), 1e-6)) if self.count is None else 1e-3
-        full = LowRankField(patch.points / self.length, self.kernel, tolerance=tolerance).factor.astype(float)
+        full = LowRankField(patch.points / self.length, self.kernel, tolerance=tolerance).factor.T.astype(
+            float
+        )
         mass = lumped_mass(patch.points, patch.triangles)
         variances, rotation = np.linalg.eigh((full * mass) @ full.T / mass.sum())
         order = np.argsort(-variances)
@@ -121,7 +107,7 @@ class KarhunenLoeve(DeviationModel):
         modes = rotation[:, order[:count]].T @ full
         modes *= np.sign(modes[np.arange(count), np.abs(modes).argmax(axis=1)])[:, None]
         return FactorField(
-            modes, f"Karhunen-Loeve: {count} modes hold {kept[count - 1] / kept[-1]:.4g} of the variance"
+            modes.T, f"Karhunen-Loeve: {count} modes hold {kept[count - 1] / kept[-1]:.4g} of the variance"
         )
 
 
@@ -175,7 +161,7 @@ class Modes(DeviationModel):
             factor = functions[self.first :] * np.array(self.amplitudes)[:, None]
             wavelength = 2 * np.pi / np.sqrt(max(float(values[-1]), 1e-300))
             note = f"modes {self.first} to {wanted - 1}, shortest wavelength {wavelength:.4g} mm"
-            factors.append(FactorField(factor, note))
+            factors.append(FactorField(factor.T, note))
         sampler = PatchwiseSampler(patches, factors, np.ones(nominal.n_samples))
         if self.random:
             return sampler

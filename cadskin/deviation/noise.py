@@ -70,6 +70,7 @@ class WhiteNoise(DeviationModel):
 
 
 class _NoiseSampler(NodewiseSampler):
-    def colour(self, noise: NDArray[np.float32], out: NDArray[np.float32]) -> None:
+    def colour(self, noise: NDArray[np.float32], scratch: NDArray[np.float32]) -> NDArray[np.float32]:
         """Take the noise as it is."""
-        out[:] = noise
+        del scratch
+        return noise

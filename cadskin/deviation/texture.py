@@ -177,13 +177,14 @@ class _ProfileSampler(NodewiseSampler):
         super().__init__(np.arange(n_samples), np.ones(n_samples), latent, n_samples)
         self.rows, self.blocks = tuple(rows), tuple(blocks)
 
-    def colour(self, noise: NDArray[np.float32], out: NDArray[np.float32]) -> None:
+    def colour(self, noise: NDArray[np.float32], scratch: NDArray[np.float32]) -> NDArray[np.float32]:
         """Multiply each feature's noise by its waves."""
-        out[:] = 0.0
+        scratch[:] = 0.0
         start = 0
         for rows, block in zip(self.rows, self.blocks, strict=True):
-            weighted_sums(noise[:, start : start + len(block)], block, False, out[:, rows])
+            weighted_sums(noise[:, start : start + len(block)], block, False, scratch[:, rows])
             start += len(block)
+        return scratch
 
 
 @register

@@ -16,12 +16,13 @@ import numpy as np
 
 from cadskin.deviation._eigenpairs import lowest_modes
 from cadskin.deviation._parameters import finite, positive
+from cadskin.deviation._patch_fields import FactorField
 from cadskin.deviation._patches import PatchPoints, patch_points
 from cadskin.deviation._shell import plate_stiffness, shell_stiffness
 from cadskin.deviation.base import MM, DeviationModel
 from cadskin.deviation.coordinates import area_frame
 from cadskin.deviation.field import PatchwiseSampler
-from cadskin.deviation.modal import FactorField, upright
+from cadskin.deviation.modal import upright
 from cadskin.deviation.registry import register
 from cadskin.deviation.samplers import FixedSampler
 from cadskin.errors import DeviationError
@@ -107,7 +108,7 @@ class VibrationModes(DeviationModel):
         factors = []
         for patch in patches:
             modes = self._modes(patch, wanted)[self.first :] * np.array(self.amplitudes)[:, None]
-            factors.append(FactorField(modes, f"vibration modes {self.first} to {wanted - 1}"))
+            factors.append(FactorField(modes.T, f"vibration modes {self.first} to {wanted - 1}"))
         sampler = PatchwiseSampler(patches, factors, np.ones(nominal.n_samples))
         if self.random:
             return sampler
