@@ -5,8 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cadskin.shape.association import associate
-from cadskin.shape.association.bounds import hull_width, width_in_plane
+from cadskin.shape.association import Pose, associate, frame_about
+from cadskin.shape.association.minimax import minimax
+from cadskin.shape.association.models import SurfaceModel
+from cadskin.shape.association.slabs import least_margin, tilt_proof, tilts_excluded
+from cadskin.shape.association.widths import hull_width, width_in_plane
 
 
 def directions(count):
@@ -32,6 +35,90 @@ def test_no_slab_is_narrower_than_the_one_claimed(thickness):
         assert found.certificate.scope == "global"
         assert found.value == pytest.approx(hull_width(points)[0], abs=1e-12)
         assert found.value <= least_width(points, normals) + 1e-12
+
+
+def nearly_symmetric(name, noise, *, ticks=30):
+    """Fields that are level along a line, or all around, but for some noise: many contacts tie."""
+    x, y = (axis.ravel() for axis in np.meshgrid(*2 * [np.linspace(-1, 1, ticks)]))
+    height = {
+        "bow": 0.3 * x**2,
+        "dish": 0.3 * x**2 + 0.1 * y**2,
+        "round dish": 0.2 * (x**2 + y**2),
+        "saddle": 0.3 * (x**2 - y**2),
+        "waves": 0.3 * np.cos(np.pi * x) * np.cos(np.pi * y),
+        "gutter": 0.3 * x**2 + 0.05 * np.sin(3 * x),
+    }[name]
+    height = height + noise * np.random.default_rng(0).standard_normal(len(x))
+    return np.column_stack([30 * x, 30 * y, height])
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-12, 1e-9, 1e-6, 1e-3])
+@pytest.mark.parametrize("name", ["bow", "dish", "round dish", "saddle", "waves", "gutter"])
+def test_nearly_symmetric_fields_are_settled_in_few_steps_and_proved(name, noise):
+    points = nearly_symmetric(name, noise)
+    flat = Pose(points.mean(axis=0), frame_about(np.array([0, 0, 1.0])), np.zeros(2))
+    found = minimax(SurfaceModel(0, points), flat, (3, 4), "zone")
+    assert found.certified
+    assert found.iterations <= 12
+    proof, angle = tilt_proof(points, found, "plane")
+    assert proof is not None or angle < 0.05  # of the tilts there is little left for the hull
+    result = associate(points, "plane")
+    assert result.certified
+    assert result.certificate.scope == "global"
+    assert result.value - 1e-11 <= result.certificate.bound <= result.value
+    assert result.value <= least_width(points, tilted(5000, 0.05)) + 1e-12
+
+
+def tilted(count, angle):
+    """Normals (count, 3) all over a cone about z."""
+    k = np.arange(count) + 0.5
+    tilt, turn = angle * np.sqrt(k / count), np.pi * (1 + 5**0.5) * k
+    return np.stack([np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), np.cos(tilt)], axis=1)
+
+
+def test_the_width_of_many_edges_does_not_need_their_pairs_in_python():
+    """4,000 corners, 12,000 edges: the cone that the proof leaves holds few pairs, the answer is the same."""
+    points = nearly_symmetric("round dish", 1e-9, ticks=64)
+    near = hull_width(points, about=np.array([0, 0, 1.0]), angle=0.03)
+    assert near is not None
+    assert near[0] == pytest.approx(associate(points, "plane").value, abs=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_width_of_a_hull_within_a_cone_is_that_of_all_directions_there(seed):
+    rng = np.random.default_rng(seed)
+    points = rng.standard_normal((80, 3)) * [20.0, 15.0, 10.0 ** rng.uniform(-3, 1)]
+    width, direction = hull_width(points)
+    axis = direction + 0.05 * rng.standard_normal(3)
+    axis /= np.linalg.norm(axis)
+    inside = hull_width(points, about=axis, angle=np.arccos(abs(axis @ direction)) + 1e-6)
+    assert inside[0] == pytest.approx(width, abs=1e-13)
+    assert np.ptp(points @ direction) == pytest.approx(width, abs=1e-12)
+    beside = np.cross(direction, [1.0, 0, 0])
+    elsewhere = hull_width(points, about=beside / np.linalg.norm(beside), angle=1e-3)
+    assert elsewhere is None or elsewhere[0] > width
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_tilts_that_two_sets_exclude(seed):
+    """Every slab tilted by an excluded angle holds the sets only when it is wider than the target."""
+    rng = np.random.default_rng(seed)
+    depth = float(rng.uniform(-0.2, 1.0))
+    upper, lower = rng.uniform(-5, 5, (2, 6, 2))
+    target = depth + float(rng.uniform(0, 0.3))
+    if target <= 0:
+        target = 0.1
+    margin = least_margin(upper, lower)
+    least, most = tilts_excluded(depth, margin, target)
+    high = np.column_stack([upper, depth + rng.uniform(0, 0.1, 6)])
+    low = np.column_stack([lower, -rng.uniform(0, 0.1, 6)])
+    for tangent in np.linspace(least, min(most, 1.0), 40) if least <= min(most, 1.0) else ():
+        phi = 2 * np.arctan(tangent)
+        turn = np.linspace(0, 2 * np.pi, 90)
+        normals = np.stack(
+            [np.sin(phi) * np.cos(turn), np.sin(phi) * np.sin(turn), np.full(90, np.cos(phi))], axis=1
+        )
+        assert ((high @ normals.T).max(axis=0) - (low @ normals.T).min(axis=0)).min() >= target - 1e-12
 
 
 def test_no_strip_is_narrower_than_the_one_claimed():

@@ -10,18 +10,20 @@ import numpy as np
 from cadskin._arrays import frozen
 from cadskin.errors import AssociationError
 from cadskin.shape.association import _kernels as kernels
-from cadskin.shape.association.bounds import hull_width, is_arc_open
+from cadskin.shape.association.bounds import is_arc_open
 from cadskin.shape.association.constrained import constrained
 from cadskin.shape.association.least_squares import fit, principal_axes
 from cadskin.shape.association.minimax import Minimax, Mode, minimax
 from cadskin.shape.association.models import SurfaceModel
-from cadskin.shape.association.packing import Proof, hull_proof, pack, pack_squares, tilt_proof
+from cadskin.shape.association.packing import pack, pack_squares
 from cadskin.shape.association.pose import Pose, frame_about
+from cadskin.shape.association.slabs import hull_proof, tilt_proof
 from cadskin.shape.association.starts import best_start, coarse_start, start_poses
+from cadskin.shape.association.widths import hull_width
 
 if TYPE_CHECKING:
     from cadskin._typing import Floats, Points, Vectors
-    from cadskin.shape.association.result import Association, Criterion, Kind
+    from cadskin.shape.association.result import Association, Criterion, Kind, Proof
 
 __all__ = ["CRITERIA", "associate", "checked_points"]
 
@@ -315,15 +317,19 @@ def _finish(
 
 
 def _narrowest_slab(model: SurfaceModel, found: Minimax) -> tuple[Minimax, Proof]:
-    """Return the narrowest slab of all and its proof; the hull is asked where the contacts do not say it."""
-    proof = tilt_proof(model.points, found, "plane")
+    """Return the narrowest slab of all and its proof; the hull is asked where the points do not say it."""
+    proof, angle = tilt_proof(model.points, found, "plane")
     if proof is not None:
         return found, proof
-    hull = hull_width(model.points)
-    if hull is not None and hull[0] < found.value * (1 - 1e-12):
-        better = minimax(model, Pose(found.pose.origin, frame_about(hull[1]), np.zeros(2)), (3, 4), "zone")
+    hull = hull_width(model.points, about=found.pose.axis, angle=angle)
+    if hull is None:
+        return found, hull_proof(found, None)
+    width, direction = hull
+    if direction is not None and width < found.value * (1 - 1e-12):
+        start = Pose(found.pose.origin, frame_about(direction), np.zeros(2))
+        better = minimax(model, start, (3, 4), "zone")
         found = better if better.value < found.value else found
-    return found, hull_proof(found, None if hull is None else hull[0])
+    return found, hull_proof(found, width)
 
 
 def _perfect(

@@ -2,34 +2,27 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal, TypeAlias
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from cadskin.errors import AssociationError
 from cadskin.shape.association import _kernels as kernels
-from cadskin.shape.association.bounds import (
-    enclosing_line_bound,
-    slab_is_narrowest,
-    slab_margin,
-    widest_weights,
-    width_in_plane,
-)
+from cadskin.shape.association.bounds import enclosing_line_bound, widest_weights
 from cadskin.shape.association.pose import Pose
 from cadskin.shape.association.result import Association, Certificate, Circle, Criterion, Kind, Line
 from cadskin.shape.association.ring_bounds import inscribed_within, zone_is_least
+from cadskin.shape.association.slabs import hull_proof, tilt_proof
+from cadskin.shape.association.widths import width_in_plane
 from cadskin.shape.ideal import Cone, Cylinder, Plane, Sphere, Torus
 
 if TYPE_CHECKING:
     from cadskin._typing import Floats, Points
     from cadskin.shape.association.minimax import Minimax, Mode
     from cadskin.shape.association.models import SurfaceModel
-    from cadskin.shape.association.result import AssociatedFeature
+    from cadskin.shape.association.result import AssociatedFeature, Proof
 
-__all__ = ["Proof", "hull_proof", "pack", "pack_squares", "tilt_proof"]
-
-# Scope, bound [mm] and reason of a certificate.
-Proof: TypeAlias = tuple[Literal["global", "local"], float | None, str]
+__all__ = ["pack", "pack_squares"]
 
 _EPS = float(np.finfo(np.float64).eps)
 
@@ -122,38 +115,6 @@ def pack(
     )
 
 
-def tilt_proof(points: Points, found: Minimax, kind: Kind) -> Proof | None:
-    """Return the proof that every tilt widens a slab, from its contacts and the extent of the points."""
-    upper, lower = points[found.active[found.sides > 0]], points[found.active[found.sides < 0]]
-    if not (len(upper) and len(lower)):
-        return None
-    normal, sample = found.pose.axis, points[:: max(1, len(points) // 2000)]
-    within = np.ascontiguousarray(found.pose.axes[:, 0]) if kind == "profile line" else None
-    margin = slab_margin(upper, lower, normal, within=within)
-    far = _outermost(sample, found.pose.axes)
-    extent = slab_margin(far, far, normal, within=within)
-    if not slab_is_narrowest(margin, extent, found.value):
-        return None
-    text = f"every tilt widens the slab: margin {margin:.6g} mm of the contacts, extent {extent:.6g} mm"
-    return "global", found.value, text
-
-
-def hull_proof(found: Minimax, hull: float | None) -> Proof:
-    """Return the proof that compares a slab with the width of the convex hull, None where that is unknown."""
-    if hull is None:
-        return "local", None, "Kuhn-Tucker conditions; the convex hull is flat or has too many edges"
-    if found.value <= hull * (1 + 1e-9) + 1e-12:
-        return "global", hull, "the width of the convex hull"
-    return "local", hull, "Kuhn-Tucker conditions; the convex hull has a narrower width"
-
-
-def _outermost(points: Points, axes: Points) -> Points:
-    """Return the points that lie farthest along 16 directions in the plane of the first two axes."""
-    angle = np.arange(8) * np.pi / 8
-    heights = points @ axes[:, :2] @ np.stack([np.cos(angle), np.sin(angle)])
-    return np.asarray(points[np.unique(np.concatenate([heights.argmin(axis=0), heights.argmax(axis=0)]))])
-
-
 def tied_line_bound(model: SurfaceModel, found: Minimax) -> float:
     """Return the dual bound of all tied points, weighted to lie far apart along the axis [mm]."""
     tied = np.flatnonzero(found.distances >= found.distances.max() - 1e-11 * _diagonal(model.points))
@@ -174,7 +135,7 @@ def _scope(found: Minimax, model: SurfaceModel, kind: Kind, mode: Mode, value: f
     points = model.points
     if kind == "profile line":
         section = np.ascontiguousarray(found.pose.axes[:, 0])
-        return tilt_proof(points, found, kind) or hull_proof(found, width_in_plane(points, section))
+        return tilt_proof(points, found, kind)[0] or hull_proof(found, width_in_plane(points, section))
     if kind == "plane":  # in a direction that is given
         return "global", value, "the direction is given"
     if mode == "upper" and kind in ("circle", "sphere"):

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from cadskin._typing import Floats, Ints, Points, Vectors
     from cadskin.shape.association.pose import Pose
 
-__all__ = ["AssociatedFeature", "Association", "Certificate", "Circle", "Criterion", "Kind", "Line"]
+__all__ = ["AssociatedFeature", "Association", "Certificate", "Circle", "Criterion", "Kind", "Line", "Proof"]
 
 Kind: TypeAlias = Literal["plane", "line", "profile line", "circle", "cylinder", "sphere", "cone", "torus"]
 Criterion: TypeAlias = Literal[
@@ -25,6 +25,8 @@ Criterion: TypeAlias = Literal[
     "constrained least squares",
     "constrained least squares, inside",
 ]
+# Scope, bound [mm] and reason of a certificate.
+Proof: TypeAlias = tuple[Literal["global", "local"], float | None, str]
 
 
 @dataclass(frozen=True, eq=False)
