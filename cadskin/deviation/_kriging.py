@@ -48,7 +48,7 @@ VECCHIA_STAGES: dict[str, tuple[tuple[float, int], ...]] = {
 }
 _NUGGET = 1e-7
 _VECCHIA_NUGGET = {"squared_exponential": 1e-5, "matern52": 1e-6}  # smaller ones make these worse
-_STENCIL = 16  # coarse points each value is predicted from
+_STENCIL = 20  # coarse points each value is predicted from
 _DENSE_COARSE = 3000  # largest coarse field that is sampled exactly
 _DEFECT = 1e-5  # variance that a coarse field of low rank may lack
 
@@ -71,7 +71,7 @@ class TwoLevelField(PatchField):
         rows are scaled to unit variance.
     """
 
-    def __init__(self, points: Points, kernel: str, *, spacing: float = 0.25) -> None:
+    def __init__(self, points: Points, kernel: str, *, spacing: float = 0.2) -> None:
         scaled = np.ascontiguousarray(points, dtype=np.float64)
         chosen = coarse_points(scaled, spacing)
         coarse = scaled[chosen]

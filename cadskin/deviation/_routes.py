@@ -39,7 +39,7 @@ METHODS = ("auto", "dense", "karhunen_loeve", "grid", "two_level", "vecchia")
 _DENSE_POINTS = 600
 _LOW_RANK_POINTS = 10_000
 _LOW_RANK = 400
-_SPACING = {"squared_exponential": 0.25, "matern52": 1 / 6, "matern32": 1 / 6}
+_SPACING = {"squared_exponential": 0.2, "matern52": 1 / 6, "matern32": 1 / 6}
 _DENSE_LIMIT = 20_000  # points beyond which a dense matrix is refused
 
 
