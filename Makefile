@@ -57,9 +57,13 @@ conformity: $(VENV)/.dev ## simulate the AP242 files of $$CADSKIN_CORPUS inside 
 corpus: $(VENV)/.dev ## mesh the STEP files in $$CADSKIN_CORPUS; the table goes to docs/corpus.md
 	$(BIN)/python benchmarks/corpus_table.py $(ARGS)
 
-images: $(VENV)/.dev ## draw the pictures of the README again
+images: $(VENV)/.dev ## draw the pictures of the README and of docs/deviations.md again
 	@mkdir -p docs/images
 	$(BIN)/python examples/03_step_to_skin.py docs/images/bracket_skin.png
+	$(BIN)/python examples/20_systematic_forms.py docs/images/deviations_forms.png
+	$(BIN)/python examples/21_random_fields.py docs/images/deviations_random.png
+	$(BIN)/python examples/22_processes_and_data.py docs/images/deviations_processes.png
+	$(BIN)/python examples/24_all_models.py docs/images/deviations_all.png
 
 bench: $(VENV)/.dev ## run the benchmarks (each prints its own table)
 	@for script in benchmarks/bench_*.py; do echo "== $$script"; $(BIN)/python $$script || exit 1; done

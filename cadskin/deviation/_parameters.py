@@ -8,7 +8,7 @@ import numpy as np
 
 from cadskin.errors import DeviationError
 
-__all__ = ["finite", "owner_name", "positive"]
+__all__ = ["direction_of", "finite", "owner_name", "positive", "vector_of"]
 
 
 def owner_name(owner: object) -> str:
@@ -40,3 +40,19 @@ def positive(value: Any, what: str, unit: str, owner: object) -> float:
             f"{owner_name(owner)}: {what} must be greater than 0, got {number:.6g} {unit}".rstrip()
         )
     return number
+
+
+def vector_of(value: Any, what: str, unit: str, owner: object) -> tuple[float, float, float]:
+    """Return ``value`` as three floats; refuse everything but three finite numbers."""
+    if np.shape(value) != (3,):
+        raise DeviationError(f"{owner_name(owner)}: {what} must be three numbers, got {value!r}")
+    x, y, z = (finite(component, what, unit, owner) for component in value)
+    return x, y, z
+
+
+def direction_of(value: Any, what: str, unit: str, owner: object) -> tuple[float, float, float]:
+    """Return ``value`` as three floats that are not all zero."""
+    vector = vector_of(value, what, unit, owner)
+    if not any(vector):
+        raise DeviationError(f"{owner_name(owner)}: {what} must not be zero")
+    return vector

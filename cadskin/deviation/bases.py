@@ -1,26 +1,29 @@
 """Metrology bases: named orthonormal functions on the coordinates of a face.
 
-Every function has mean square one over its domain, so that a coefficient is a root mean square in mm. Index
-pairs (i, j):
+Every function has mean square one over its domain, so that a coefficient is a root mean square in mm;
+Chebyshev polynomials have it with the weight 1 / sqrt(1 - x²) of their orthogonality. Index pairs (i, j):
 
 =================  ======================  =================================================================
 basis              domain                  function
 =================  ======================  =================================================================
 legendre           rectangle               P_i(x) P_j(y)
+chebyshev          rectangle               T_i(x) T_j(y)
 dct                rectangle               cos(i pi x) cos(j pi y)
-fourier_legendre   cylinder, cone          i-th harmonic around (i < 0: sine) times P_j along the axis
+fourier_legendre   cylinder, cone, torus   i-th harmonic around (i < 0: sine) times P_j along the axis
+fourier_chebyshev  the same                i-th harmonic around times T_j along the axis
 zernike            disc                    radial degree i, azimuthal order j (j < 0: sine)
 spherical          sphere                  degree i, order j (j < 0: sine)
 =================  ======================  =================================================================
 
-On a cylinder (0, 0) is size, (0, 1) taper, (0, 2) barrel, (+-1, 0) offset, (+-1, 1) tilt, (+-1, 2) bend,
-(n, 0) an n-lobed form.
+The axis of a torus is that of its tube, the second coordinate of the face. On a cylinder (0, 0) is size,
+(0, 1) taper, (0, 2) barrel, (+-1, 0) offset, (+-1, 1) tilt, (+-1, 2) bend, (n, 0) an n-lobed form.
 
 References
 ----------
 Noll: Zernike polynomials and atmospheric turbulence, J. Opt. Soc. Am. 66 (1976), doi:10.1364/JOSA.66.000207;
 Henke, Summerhays, Baldwin, Cassou, Brown: Methods for evaluation of systematic geometric deviations in
-machined parts and their relationships to process variables, Precis. Eng. 23 (1999).
+machined parts and their relationships to process variables, Precis. Eng. 23 (1999) 273-292 (Fourier x
+Chebyshev and Fourier x Legendre on cylinders).
 """
 
 from __future__ import annotations
@@ -30,28 +33,43 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
-from numpy.polynomial import legendre
+from numpy.polynomial import chebyshev, legendre
 from scipy.special import eval_jacobi, gammaln, lpmv
 
 from cadskin.deviation._parameters import finite
 from cadskin.deviation._tangent import form_sampler
 from cadskin.deviation.base import MM, DeviationModel
-from cadskin.deviation.coordinates import surface_coordinates
+from cadskin.deviation.coordinates import around, surface_coordinates
 from cadskin.deviation.registry import register
 from cadskin.errors import DeviationError
-from cadskin.shape.ideal import Cone, Cylinder, Sphere
+from cadskin.shape.ideal import Cone, Cylinder, Sphere, Torus
 
 if TYPE_CHECKING:
     from cadskin._typing import Floats, Vectors
     from cadskin.deviation.samplers import Sampler
     from cadskin.shape import Feature, NominalModel
 
-__all__ = ["BASES", "BasisForm", "dct", "fourier_legendre", "legendre_2d", "spherical", "zernike"]
+__all__ = [
+    "BASES",
+    "BasisForm",
+    "chebyshev_2d",
+    "dct",
+    "fourier_chebyshev",
+    "fourier_legendre",
+    "legendre_2d",
+    "spherical",
+    "zernike",
+]
 
 
 def legendre_2d(x: Floats, y: Floats, i: int, j: int) -> Floats:
     """Return P_i(x) P_j(y) with mean square one over -1 <= x, y <= 1."""
     return _legendre(x, i) * _legendre(y, j)
+
+
+def chebyshev_2d(x: Floats, y: Floats, i: int, j: int) -> Floats:
+    """Return T_i(x) T_j(y), mean square one with the weight 1 / sqrt((1 - x²) (1 - y²))."""
+    return _chebyshev(x, i) * _chebyshev(y, j)
 
 
 def dct(x: Floats, y: Floats, i: int, j: int) -> Floats:
@@ -62,6 +80,11 @@ def dct(x: Floats, y: Floats, i: int, j: int) -> Floats:
 def fourier_legendre(angle: Floats, z: Floats, i: int, j: int) -> Floats:
     """Return harmonic i of the angle [rad] times P_j(z), -1 <= z <= 1, mean square one over a full turn."""
     return _harmonic(angle, i) * _legendre(z, j)
+
+
+def fourier_chebyshev(angle: Floats, z: Floats, i: int, j: int) -> Floats:
+    """Return harmonic i of the angle [rad] times T_j(z), mean square one with the weight 1 / sqrt(1 - z²)."""
+    return _harmonic(angle, i) * _chebyshev(z, j)
 
 
 def zernike(radius: Floats, angle: Floats, i: int, j: int) -> Floats:
@@ -93,11 +116,23 @@ def spherical(directions: Vectors, i: int, j: int) -> Floats:
     return np.asarray(scale * lpmv(abs(j), i, np.clip(directions[:, 2], -1, 1)) * _harmonic(turn, j))
 
 
+def _degree(i: int, of: str) -> None:
+    if i < 0:
+        raise DeviationError(f"there is no {of} of degree {i}; degrees are 0 or more")
+
+
 def _legendre(x: Floats, i: int) -> Floats:
+    _degree(i, "Legendre polynomial")
     return np.asarray(np.sqrt(2 * i + 1) * legendre.legval(x, [0] * i + [1]))
 
 
+def _chebyshev(x: Floats, i: int) -> Floats:
+    _degree(i, "Chebyshev polynomial")
+    return np.asarray((np.sqrt(2.0) if i else 1.0) * chebyshev.chebval(x, [0] * i + [1]))
+
+
 def _cosine(x: Floats, i: int) -> Floats:
+    _degree(i, "cosine")
     return np.asarray((np.sqrt(2.0) if i else 1.0) * np.cos(i * np.pi * (x + 1) / 2))
 
 
@@ -107,7 +142,9 @@ def _harmonic(angle: Floats, i: int) -> Floats:
     return np.asarray(np.sqrt(2.0) * (np.cos(i * angle) if i > 0 else np.sin(-i * angle)))
 
 
-BASES = ("legendre", "dct", "fourier_legendre", "zernike", "spherical")
+_ON_RECTANGLES = {"legendre": legendre_2d, "chebyshev": chebyshev_2d, "dct": dct}
+_AROUND = {"fourier_legendre": fourier_legendre, "fourier_chebyshev": fourier_chebyshev}
+BASES = (*_ON_RECTANGLES, *_AROUND, "zernike", "spherical")
 
 
 @register
@@ -118,7 +155,7 @@ class BasisForm(DeviationModel):
     Parameters
     ----------
     basis : str
-        ``legendre``, ``dct``, ``fourier_legendre``, ``zernike`` or ``spherical``.
+        One of those of the table of this module.
     coefficients : dict of str to float
         ``{"i,j": root mean square in mm}``.
 
@@ -169,30 +206,18 @@ class BasisForm(DeviationModel):
                 )
             return spherical((feature.points - ideal.centre) / ideal.radius, i, j)
         coordinates = surface_coordinates(feature)
-        if self.basis == "fourier_legendre":
-            if not isinstance(ideal, (Cylinder, Cone)):
+        if self.basis in _AROUND:
+            if not isinstance(ideal, (Cylinder, Cone, Torus)):
                 raise DeviationError(
-                    f"BasisForm: {feature.name} is no cylinder or cone; restrict with .on(kind='cylinder')"
+                    f"BasisForm: {feature.name} is no cylinder, cone or torus; restrict with "
+                    ".on(kind='cylinder')"
                 )
-            return fourier_legendre(_turn(coordinates[:, 0], feature), _scaled(coordinates[:, 1]), i, j)
+            turn = around(feature, coordinates[:, 0])
+            return _AROUND[self.basis](turn, _scaled(coordinates[:, 1]), i, j)
         if self.basis == "zernike":
             radius = np.hypot(*coordinates.T)
             return zernike(radius / radius.max(), np.arctan2(coordinates[:, 1], coordinates[:, 0]), i, j)
-        function = legendre_2d if self.basis == "legendre" else dct
-        return function(_scaled(coordinates[:, 0]), _scaled(coordinates[:, 1]), i, j)
-
-
-def _turn(arc: Floats, feature: Feature) -> Floats:
-    """Angle [rad] of arc lengths on a cylinder or at the mean radius of a cone."""
-    ideal = feature.ideal
-    if isinstance(ideal, Cylinder):
-        return np.asarray(arc / ideal.radius)
-    if not isinstance(ideal, Cone):
-        raise DeviationError(f"{feature.name} is no cylinder or cone")
-    corners = feature.points[feature.triangles]
-    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-    middle = np.average((corners.mean(axis=1) - ideal.apex) @ ideal.axis, weights=areas)
-    return np.asarray(arc / (middle * np.tan(ideal.half_angle)))
+        return _ON_RECTANGLES[self.basis](_scaled(coordinates[:, 0]), _scaled(coordinates[:, 1]), i, j)
 
 
 def _scaled(values: Floats) -> Floats:

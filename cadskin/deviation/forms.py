@@ -13,16 +13,16 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from scipy.optimize import brentq
 
 from cadskin.deviation._parameters import finite, positive
-from cadskin.deviation._shares import needs_numbers, number_or_share
 from cadskin.deviation._tangent import form_sampler
 from cadskin.deviation.base import MM, RAD, DeviationModel
-from cadskin.deviation.coordinates import surface_coordinates
+from cadskin.deviation.coordinates import Vector3
+from cadskin.deviation.form_model import FormModel, check_frame, placed
 from cadskin.deviation.registry import register
 from cadskin.errors import DeviationError
 
@@ -76,47 +76,6 @@ def biconic_sag(  # the six symbols of the formula
     under_root = 1.0 - (1.0 + kx) * (cx * x) ** 2 - (1.0 + ky) * (cy * y) ** 2
     root = np.sqrt(np.where(under_root >= 0, under_root, np.nan))
     return np.asarray(height / (1.0 + root))
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class FormModel(DeviationModel):
-    """A systematic form: a height over the surface coordinates of each feature.
-
-    Each selected feature gets its own form, in its own coordinates (`cadskin.deviation.coordinates`), with
-    the same amplitude: ``.on(">Z")`` puts it on one face.
-
-    Parameters
-    ----------
-    amplitude : float
-        Peak-to-valley height over the samples of the feature [mm]; negative turns the form over.
-    centre : (2,) float
-        Apex in the feature's coordinates [mm]; (0, 0) is the centroid of its area.
-    rotation : float
-        Angle of the form's first axis from the feature's [rad].
-    """
-
-    amplitude: Any = field(metadata=MM)
-    centre: tuple[float, float] = field(default=(0.0, 0.0), metadata=MM)
-    rotation: float = field(default=0.0, metadata=RAD)
-
-    def __post_init__(self) -> None:
-        """Check the parameters."""
-        object.__setattr__(self, "amplitude", number_or_share(self.amplitude, "amplitude", self, finite))
-        object.__setattr__(self, "rotation", finite(self.rotation, "rotation", "rad", self))
-        object.__setattr__(self, "centre", _centre(self.centre, self))
-
-    @abstractmethod
-    def height(self, x: Floats, y: Floats) -> Floats:
-        """Return the height (k,) [mm] at coordinates (k,) [mm] from the centre, with the amplitude."""
-
-    def prepare(self, nominal: NominalModel, features: Sequence[Feature] | None = None) -> Sampler:
-        """Evaluate the form on every feature."""
-        needs_numbers(self)
-        return form_sampler(nominal, features, lambda f: self.on_coordinates(surface_coordinates(f)))
-
-    def on_coordinates(self, coordinates: Floats) -> Floats:
-        """Return the form (k,) [mm] at surface coordinates (k, 2) [mm]."""
-        return self.height(*_turned(coordinates, self.centre, self.rotation))
 
 
 @register
@@ -324,6 +283,8 @@ class Quadric(DeviationModel):
         Apex in the feature's coordinates [mm].
     conic : float
         Conic constant of both directions: -1 paraboloid, 0 sphere or toroid.
+    origin, direction : (3,) float, optional
+        A frame in space, as for `FormModel`.
 
     Raises
     ------
@@ -342,19 +303,21 @@ class Quadric(DeviationModel):
     angle: float = field(default=0.0, metadata=RAD)
     centre: tuple[float, float] = field(default=(0.0, 0.0), metadata=MM)
     conic: float = 0.0
+    origin: Vector3 | None = field(default=None, metadata=MM, kw_only=True)
+    direction: Vector3 | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
         """Check the parameters."""
         for key, unit in (("k1", "1/mm"), ("k2", "1/mm"), ("angle", "rad"), ("conic", "")):
             object.__setattr__(self, key, finite(getattr(self, key), key, unit, self))
-        object.__setattr__(self, "centre", _centre(self.centre, self))
+        check_frame(self)
 
     def prepare(self, nominal: NominalModel, features: Sequence[Feature] | None = None) -> Sampler:
         """Evaluate the sag on every feature."""
         return form_sampler(nominal, features, self._on)
 
     def _on(self, feature: Feature) -> Floats:
-        x, y = _turned(surface_coordinates(feature), self.centre, self.angle)
+        x, y = placed(feature, self, self.angle)
         sag = biconic_sag(x, y, self.k1, self.k2, self.conic, self.conic)
         if np.isnan(sag).any():
             raise DeviationError(f"{self}: {feature.name} reaches beyond the equator of the form")
@@ -380,16 +343,3 @@ def _scaled(form: Floats, amplitude: float) -> Floats:
 
 def _reach(x: Floats, y: Floats) -> float:
     return max(float(np.hypot(x, y).max()), 1e-300)
-
-
-def _centre(centre: tuple[float, float], owner: object) -> tuple[float, float]:
-    if np.shape(centre) != (2,):
-        raise DeviationError(f"{type(owner).__name__}: centre must be two numbers, got {centre!r}")
-    return finite(centre[0], "centre", "mm", owner), finite(centre[1], "centre", "mm", owner)
-
-
-def _turned(coordinates: Floats, centre: tuple[float, float], angle: float) -> tuple[Floats, Floats]:
-    """Coordinates along the axes of a form, from its centre."""
-    x, y = (coordinates - np.array(centre)).T
-    cosine, sine = np.cos(angle), np.sin(angle)
-    return x * cosine + y * sine, y * cosine - x * sine

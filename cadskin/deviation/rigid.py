@@ -15,14 +15,13 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from cadskin.deviation._parameters import finite
+from cadskin.deviation._parameters import direction_of, finite, vector_of
 from cadskin.deviation._shares import needs_numbers, number_or_share
 from cadskin.deviation._tangent import form_sampler
 from cadskin.deviation.base import MM, RAD, DeviationModel
 from cadskin.deviation.coordinates import area_frame, surface_coordinates
 from cadskin.deviation.registry import register
 from cadskin.deviation.samplers import FixedSampler
-from cadskin.errors import DeviationError
 
 if TYPE_CHECKING:
     from cadskin._typing import Floats, Points, Vectors
@@ -67,20 +66,6 @@ def _centroid(nominal: NominalModel, features: Sequence[Feature]) -> Points:
     return area_frame(nominal.surface.points, corners, np.array(_Z)).centroid
 
 
-def _vector(value: Any, what: str, unit: str, owner: object) -> tuple[float, float, float]:
-    if np.shape(value) != (3,):
-        raise DeviationError(f"{type(owner).__name__}: {what} must be three numbers, got {value!r}")
-    x, y, z = (finite(component, what, unit, owner) for component in value)
-    return x, y, z
-
-
-def _direction(value: Any, what: str, owner: object) -> tuple[float, float, float]:
-    vector = _vector(value, what, "", owner)
-    if not any(vector):
-        raise DeviationError(f"{type(owner).__name__}: {what} must not be zero")
-    return vector
-
-
 def _unit(vector: tuple[float, float, float]) -> Vectors:
     return np.asarray(np.array(vector) / np.linalg.norm(vector))
 
@@ -106,7 +91,7 @@ class Shift(DisplacementModel):
 
     def __post_init__(self) -> None:
         """Check the vector."""
-        object.__setattr__(self, "vector", _vector(self.vector, "vector", "mm", self))
+        object.__setattr__(self, "vector", vector_of(self.vector, "vector", "mm", self))
 
     def displacement(self, points: Points, centre: Points) -> Points:
         """Return the same vector everywhere."""
@@ -141,9 +126,9 @@ class Tilt(DisplacementModel):
     def __post_init__(self) -> None:
         """Check the parameters."""
         object.__setattr__(self, "angle", finite(self.angle, "angle", "rad", self))
-        object.__setattr__(self, "axis", _direction(self.axis, "axis", self))
+        object.__setattr__(self, "axis", direction_of(self.axis, "axis", "", self))
         if self.centre is not None:
-            object.__setattr__(self, "centre", _vector(self.centre, "centre", "mm", self))
+            object.__setattr__(self, "centre", vector_of(self.centre, "centre", "mm", self))
 
     def displacement(self, points: Points, centre: Points) -> Points:
         """Return angle times axis x (p - c)."""
@@ -172,10 +157,10 @@ class Torsor(DisplacementModel):
 
     def __post_init__(self) -> None:
         """Check the parameters."""
-        object.__setattr__(self, "translation", _vector(self.translation, "translation", "mm", self))
-        object.__setattr__(self, "rotation", _vector(self.rotation, "rotation", "rad", self))
+        object.__setattr__(self, "translation", vector_of(self.translation, "translation", "mm", self))
+        object.__setattr__(self, "rotation", vector_of(self.rotation, "rotation", "rad", self))
         if self.centre is not None:
-            object.__setattr__(self, "centre", _vector(self.centre, "centre", "mm", self))
+            object.__setattr__(self, "centre", vector_of(self.centre, "centre", "mm", self))
 
     def displacement(self, points: Points, centre: Points) -> Points:
         """Return t + w x (p - c)."""
@@ -270,8 +255,8 @@ class Bend(_AlongAxis):
     def __post_init__(self) -> None:
         """Check the parameters."""
         object.__setattr__(self, "amplitude", number_or_share(self.amplitude, "amplitude", self, finite))
-        object.__setattr__(self, "axis", _direction(self.axis, "axis", self))
-        object.__setattr__(self, "direction", _direction(self.direction, "direction", self))
+        object.__setattr__(self, "axis", direction_of(self.axis, "axis", "", self))
+        object.__setattr__(self, "direction", direction_of(self.direction, "direction", "", self))
 
     def displacement(self, points: Points, centre: Points) -> Points:
         """Return the bow at each point."""
@@ -302,9 +287,9 @@ class Twist(_AlongAxis):
     def __post_init__(self) -> None:
         """Check the parameters."""
         object.__setattr__(self, "angle", finite(self.angle, "angle", "rad", self))
-        object.__setattr__(self, "axis", _direction(self.axis, "axis", self))
+        object.__setattr__(self, "axis", direction_of(self.axis, "axis", "", self))
         if self.centre is not None:
-            object.__setattr__(self, "centre", _vector(self.centre, "centre", "mm", self))
+            object.__setattr__(self, "centre", vector_of(self.centre, "centre", "mm", self))
 
     def displacement(self, points: Points, centre: Points) -> Points:
         """Return s angle axis x (p - c)."""
@@ -346,9 +331,9 @@ class Thermal(DisplacementModel):
         """Check the parameters."""
         object.__setattr__(self, "delta_T", finite(self.delta_T, "delta_T", "K", self))
         object.__setattr__(self, "alpha", finite(self.alpha, "alpha", "1/K", self))
-        object.__setattr__(self, "gradient", _vector(self.gradient, "gradient", "K/mm", self))
+        object.__setattr__(self, "gradient", vector_of(self.gradient, "gradient", "K/mm", self))
         if self.centre is not None:
-            object.__setattr__(self, "centre", _vector(self.centre, "centre", "mm", self))
+            object.__setattr__(self, "centre", vector_of(self.centre, "centre", "mm", self))
 
     def displacement(self, points: Points, centre: Points) -> Vectors:
         """Return the displacement without stress."""

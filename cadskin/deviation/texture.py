@@ -15,11 +15,11 @@ from cadskin.deviation._shares import needs_numbers, number_or_share
 from cadskin.deviation._tangent import form_sampler
 from cadskin.deviation.algebra import SumModel
 from cadskin.deviation.base import MM, RAD, DeviationModel
-from cadskin.deviation.bases import BasisForm
-from cadskin.deviation.coordinates import surface_coordinates
+from cadskin.deviation.coordinates import around, surface_coordinates
 from cadskin.deviation.field import GaussianField
 from cadskin.deviation.registry import register
 from cadskin.errors import DeviationError
+from cadskin.shape.ideal import Cone, Cylinder, Sphere, Torus
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -80,12 +80,16 @@ class Waviness(DeviationModel):
 @register
 @dataclass(frozen=True, eq=False, repr=False)
 class Lobing(DeviationModel):
-    """A cylinder or cone with n lobes around; drilled holes tend to three.
+    """A form with n lobes around; drilled holes tend to three.
+
+    On a cylinder, cone or torus d = a/2 cos(n theta) around its axis; on a sphere a/2 sin(phi)^n cos(n theta)
+    around the mean normal (the sectoral harmonic); on other faces a/2 (r / r_max)^n cos(n theta) around the
+    centroid (the polynomial of Zernike of degree and order n, on a disc).
 
     Parameters
     ----------
     amplitude : float
-        Peak-to-valley height around [mm].
+        Peak-to-valley height around, where it is greatest [mm].
     lobes : int
         > 0.
     """
@@ -103,8 +107,17 @@ class Lobing(DeviationModel):
     def prepare(self, nominal: NominalModel, features: Sequence[Feature] | None = None) -> Sampler:
         """Evaluate the harmonic on every feature."""
         needs_numbers(self)
-        rms = self.amplitude / np.sqrt(8.0)
-        return BasisForm("fourier_legendre", {f"{self.lobes},0": rms}).prepare(nominal, features)
+        return form_sampler(nominal, features, self._on)
+
+    def _on(self, feature: Feature) -> Floats:
+        ideal, (x, y) = feature.ideal, surface_coordinates(feature).T
+        if isinstance(ideal, (Cylinder, Cone, Torus)):
+            return np.asarray(0.5 * self.amplitude * np.cos(self.lobes * around(feature, x)))
+        radius = np.hypot(x, y)
+        reach = (
+            np.sin(radius / ideal.radius) if isinstance(ideal, Sphere) else radius / max(radius.max(), 1e-300)
+        )
+        return np.asarray(0.5 * self.amplitude * reach**self.lobes * np.cos(self.lobes * np.arctan2(y, x)))
 
 
 @register
@@ -113,7 +126,8 @@ class FromSpectrum(DeviationModel):
     """A random profile with a given power spectral density, along one direction of the surface coordinates.
 
     z(s) = sum_k sqrt(S_k df_k) (a_k cos 2 pi f_k s + b_k sin 2 pi f_k s), a and b standard normal; each
-    feature has its own profile. The profile repeats after 1 / df.
+    feature has its own profile. With equal steps df the profile repeats after 1 / df. `self_affine` makes the
+    spectrum of a rough profile from its Hurst exponent.
 
     Parameters
     ----------
@@ -146,6 +160,63 @@ class FromSpectrum(DeviationModel):
         object.__setattr__(self, "frequencies", frequencies)
         object.__setattr__(self, "psd", psd)
         object.__setattr__(self, "angle", finite(self.angle, "angle", "rad", self))
+
+    @classmethod
+    def self_affine(  # one spectrum has these six numbers
+        cls,
+        sigma: float,
+        hurst: float,
+        *,
+        longest: float,
+        shortest: float,
+        angle: float = 0.0,
+        count: int = 256,
+    ) -> FromSpectrum:
+        """Return a self-affine profile: psd ~ f^-(1 + 2 H) between two wavelengths.
+
+        Its structure function E (z(s + d) - z(s))² grows like d^(2 H) between the two lengths.
+
+        Parameters
+        ----------
+        sigma : float
+            Standard deviation of the profile [mm], > 0.
+        hurst : float
+            Hurst exponent H, over 0 and below 1; small is rough.
+        longest, shortest : float
+            Wavelengths at the ends of the spectrum [mm].
+        angle : float
+            As for the class [rad].
+        count : int
+            Number of frequencies, in equal ratios.
+
+        Raises
+        ------
+        DeviationError
+            A parameter out of its range.
+
+        References
+        ----------
+        Jacobs, Junge, Pastewka: Quantitative characterization of surface topography using spectral
+        analysis, Surf. Topogr.: Metrol. Prop. 5 (2017) 013001, doi:10.1088/2051-672X/aa51f8 (spectrum of
+        self-affine profiles).
+
+        Examples
+        --------
+        >>> round(FromSpectrum.self_affine(0.002, 0.8, longest=20, shortest=0.5).variance * 1e6, 9)
+        4.0
+        """
+        deviation = positive(sigma, "sigma", "mm", cls.__name__)
+        low, high = (
+            positive(v, k, "mm", cls.__name__) for k, v in (("shortest", shortest), ("longest", longest))
+        )
+        if not 0 < finite(hurst, "hurst", "", cls.__name__) < 1 or not low < high or int(count) < 2:
+            raise DeviationError(
+                f"FromSpectrum.self_affine: hurst must be over 0 and below 1, shortest below longest and "
+                f"count 2 or more, got {hurst}, {shortest} mm, {longest} mm and {count}"
+            )
+        frequencies = np.geomspace(1.0 / high, 1.0 / low, int(count))
+        shape = frequencies ** -(1.0 + 2.0 * hurst)
+        return cls(frequencies, shape * (deviation**2 / (shape * _widths(frequencies)).sum()), angle)
 
     @property
     def variance(self) -> float:

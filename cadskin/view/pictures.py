@@ -20,7 +20,7 @@ from cadskin.view.scene import Scene, automatic_exaggeration, scene_of
 from cadskin.view.software import best_direction, render
 from cadskin.view.style import ColourScale, Style, StyleOptions, checked_size, colour_scale
 
-__all__ = ["draw", "picture", "save_png"]
+__all__ = ["draw", "headline", "picture", "save_png"]
 
 _MARGIN = 40  # pixels of a 1200 x 900 picture, like all lengths below
 _HEADER, _FOOTER, _BAR = 96, 84, 150
@@ -115,7 +115,7 @@ def draw(content: Content, style: Style, title: str, size: tuple[int, int]) -> F
     camera = fit(_direction(scene, style), scene.points, _frame(size, scale, style, bar=colours is not None))
     pixels = _render(scene, camera, size, style)
     if style.legend:
-        header = _headline(content, colours)
+        header = headline(content, colours)
         left = _MARGIN * scale
         right = size[0] - left
         draw_title(pixels, title, header, box=(left, left, right), scale=scale)
@@ -159,7 +159,7 @@ def _render(scene: Scene, camera: Camera, size: tuple[int, int], style: Style) -
     return render(scene, camera, size, edges=style.edges, lit=style.lit)
 
 
-def _headline(content: Content, colours: ColourScale | None) -> str:
+def headline(content: Content, colours: ColourScale | None) -> str:
     """Return the line below the title: the range of the deviation, or what the part consists of."""
     if colours is not None and content.deviation is not None:
         factor = FACTORS[colours.unit]

@@ -33,11 +33,10 @@ def encode_png(pixels: NDArray[np.uint8], *, text: Mapping[str, str] | None = No
     """
     height, width = pixels.shape[:2]
     rows = np.ascontiguousarray(pixels, dtype=np.uint8).reshape(height, width * 3)
-    # Filter type 2 ("up"): the difference to the row above compresses well for smooth pictures.
-    filtered = np.zeros((height, 1 + width * 3), dtype=np.uint8)
-    filtered[:, 0] = 2
-    filtered[0, 1:] = rows[0]
-    filtered[1:, 1:] = rows[1:] - rows[:-1]
+    # Filter type 1 ("sub"): the difference to the pixel on the left compresses well for smooth pictures.
+    filtered = np.ones((height, 1 + width * 3), dtype=np.uint8)
+    filtered[:, 1:4] = rows[:, :3]
+    filtered[:, 4:] = rows[:, 3:] - rows[:, :-3]
     chunks = [_chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)), _chunk(b"sRGB", b"\0")]
     for key, value in (text or {}).items():
         chunks.append(_chunk(b"tEXt", key.encode("latin-1") + b"\0" + value.encode("latin-1", "replace")))

@@ -10,16 +10,21 @@ from typing import Unpack
 
 import numpy as np
 
+from cadskin._typing import Floats
 from cadskin.errors import ExportError
 from cadskin.export.content import Content, Shape, content_of
 from cadskin.view.camera import View
-from cadskin.view.pictures import draw, save_png
+from cadskin.view.legend import draw_colour_bar, draw_title
+from cadskin.view.pictures import draw, headline, save_png
+from cadskin.view.scene import automatic_exaggeration
 from cadskin.view.software import BACKGROUND
 from cadskin.view.style import Style, StyleOptions, checked_size, colour_scale
 
 __all__ = ["sheet"]
 
 _MOST_PIXELS = 100_000_000
+_STEPS = 51  # of each colour channel with a common bar: the eye sees no difference, the file is half as large
+_HEADER, _BAR = 44, 96  # pixels beside tiles of 280 x 210 with one common bar
 
 
 def sheet(
@@ -30,6 +35,7 @@ def sheet(
     views: Sequence[View] | None = None,
     columns: int | None = None,
     tile: tuple[int, int] = (800, 600),
+    common_bar: bool = False,
     **style: Unpack[StyleOptions],
 ) -> Path:
     """Draw several shapes to one PNG file, row by row.
@@ -48,6 +54,9 @@ def sheet(
         By default as many as make the sheet about square.
     tile : tuple of int
         Width and height of one tile [pixel].
+    common_bar : bool
+        True: skin models with one colour bar at the right of the sheet, in tiles without axes and scale and
+        with larger letters; for sheets of many small tiles.
     **style
         The other options of `cadskin.view.picture`.
 
@@ -58,8 +67,8 @@ def sheet(
     Raises
     ------
     ExportError
-        No shapes, a wrong number of titles, a wrong option, a sheet of more than 100 million pixels, or a
-        file that cannot be written.
+        No shapes, a wrong number of titles, a wrong option, a sheet of more than 100 million pixels, a
+        common bar for shapes without a deviation, or a file that cannot be written.
 
     Examples
     --------
@@ -82,12 +91,55 @@ def sheet(
     if width * per_row * height * rows > _MOST_PIXELS:
         raise ExportError(f"{rows} x {per_row} tiles of {width} x {height} pixels are too many")
     common = _with_common_limits(Style(**style), contents)
-    pixels = np.full((rows * height, per_row * width, 3), BACKGROUND)
+    bar = _bar_width((width, height)) if common_bar else 0
+    pixels = np.full((rows * height, per_row * width + bar, 3), BACKGROUND)
     for k, (content, name) in enumerate(zip(contents, names, strict=True)):
         top, left = height * (k // per_row), width * (k % per_row)
         own = common if views is None else dataclasses.replace(common, view=views[k])
-        pixels[top : top + height, left : left + width] = draw(content, own, name, (width, height))
+        drawn = (_small_tile if common_bar else draw)(content, own, name, (width, height))
+        pixels[top : top + height, left : left + width] = drawn
+    if common_bar:
+        _draw_common_bar(pixels, contents, common, (width, height))
+        pixels = BACKGROUND + np.round((pixels - BACKGROUND) * _STEPS) / _STEPS
     return save_png(path, pixels, title=", ".join(names)[:1000])
+
+
+def _letters(tile: tuple[int, int]) -> float:
+    """Scale of the letters of small tiles."""
+    return min(tile[0] / 280, tile[1] / 210)
+
+
+def _bar_width(tile: tuple[int, int]) -> int:
+    return round(_BAR * _letters(tile))
+
+
+def _small_tile(content: Content, style: Style, name: str, tile: tuple[int, int]) -> Floats:
+    """Return a tile (h, w, 3): title, range and exaggeration in two lines, the part below them."""
+    (width, height), scale = tile, _letters(tile)
+    if content.deviation is None:
+        raise ExportError(f"a common colour bar is for skin models; {content.name} has no deviation")
+    header = round(_HEADER * scale)
+    factor = automatic_exaggeration(content) if style.exaggeration is None else style.exaggeration
+    line = headline(content, colour_scale(content.deviation, style)).removeprefix("deviation ")
+    bare = dataclasses.replace(style, legend=False, exaggeration=factor)
+    pixels = np.full((height, width, 3), BACKGROUND)
+    pixels[header:] = draw(content, bare, name, (width, height - header))
+    box = (10 * scale, 8 * scale, width - 10 * scale)
+    draw_title(pixels, name, f"{line} · drawn × {factor:g}", box=box, scale=0.58 * scale)
+    return pixels
+
+
+def _draw_common_bar(
+    pixels: Floats, contents: Sequence[Content], style: Style, tile: tuple[int, int]
+) -> None:
+    """Draw the colour bar at the right; it ends in a point where any shape goes beyond its limits."""
+    known = [content.deviation for content in contents if content.deviation is not None]
+    height, width = pixels.shape[:2]
+    scale = _letters(tile)
+    middle, half = height / 2, min(0.4 * height, 1.2 * tile[1])
+    left = width - (_BAR - 14) * scale
+    box = (left, middle - half, left + 18 * scale, middle + half)
+    draw_colour_bar(pixels, colour_scale(np.concatenate(known), style), box, 0.8 * scale)
 
 
 def _columns(count: int, columns: int | None) -> int:

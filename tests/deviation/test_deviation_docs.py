@@ -34,7 +34,7 @@ def test_every_model_is_on_the_page():
 
 def test_pictures_exist():
     names = re.findall(r"\]\((images/.*?)\)", PAGE)
-    assert len(names) == 3
+    assert len(names) == 4
     assert all((ROOT / "docs" / name).stat().st_size > 10_000 for name in names)
 
 

@@ -38,8 +38,10 @@ def decode_png(data):
     result = np.zeros((height, width, 3), np.uint8)
     above = np.zeros(3 * width, np.uint8)
     for i, row in enumerate(rows):
-        assert row[0] in (0, 2)
+        assert row[0] in (0, 1, 2)
         above = row[1:] + (above if row[0] == 2 else 0)
+        if row[0] == 1:
+            above = np.cumsum(above.reshape(width, 3), axis=0, dtype=np.uint8).ravel()
         result[i] = above.reshape(width, 3)
     return result
 
@@ -259,6 +261,33 @@ def test_a_sheet_has_one_tile_per_shape_and_common_limits(tmp_path, array_box, p
     np.testing.assert_allclose(pixels[100, 450], colours[1], atol=1)
     np.testing.assert_allclose(pixels[300, 150], colours[0], atol=1)
     np.testing.assert_array_equal(pixels[300, 450], BACK)
+
+
+def test_a_sheet_with_one_colour_bar(tmp_path, array_box, plain_skin):
+    """Tiles keep their colours; title and bar are drawn outside of the part; bare shapes are refused."""
+    small = plain_skin(array_box, per_face(array_box, np.full(6, 0.01)))
+    large = plain_skin(array_box, per_face(array_box, np.full(6, 0.05)))
+    options = {
+        "columns": 2,
+        "tile": (280, 210),
+        "view": "front",
+        "exaggeration": 1,
+        "lit": False,
+        "edges": False,
+    }
+    path = sheet(tmp_path / "s.png", [small, large], ["one", "two"], common_bar=True, **options)
+    pixels = decode_png(path.read_bytes()).astype(float)
+    assert pixels.shape == (210, 2 * 280 + 96, 3)
+    colours = np.round(255 * map_colours(np.array([0.01, 0.05]), -0.05, 0.05))
+    np.testing.assert_allclose(pixels[130, 140], colours[0], atol=4)
+    np.testing.assert_allclose(pixels[130, 420], colours[1], atol=4)
+    for left in (0, 280):
+        assert (pixels[:44, left : left + 280] < 100).any(), "a title above each part"
+    bar = pixels[:, 560:]
+    assert np.abs(bar - colours[1]).sum(axis=2).min() < 12
+    np.testing.assert_array_equal(pixels[-1, -1], BACK)
+    with pytest.raises(ExportError, match="a common colour bar is for skin models"):
+        sheet(tmp_path / "n.png", [array_box], common_bar=True)
 
 
 def test_wrong_options_are_refused_and_leave_nothing(tmp_path, array_box, plain_skin):
