@@ -24,7 +24,7 @@ from cadskin.deviation._grid import MAX_CELLS, GridField, grid_cells
 from cadskin.deviation._kriging import TwoLevelField, VecchiaField
 from cadskin.deviation._patch_fields import DenseField, LowRankField, PatchField
 from cadskin.deviation._patches import PatchPoints, is_thin
-from cadskin.deviation._surface import SurfaceField
+from cadskin.deviation._surface_levels import surface_field
 from cadskin.deviation.coordinates import area_frame
 from cadskin.errors import DeviationError
 
@@ -48,7 +48,7 @@ def make_graded_field(patch: PatchPoints, lengths: Floats, kernel: str) -> Patch
     of_point = np.zeros(len(patch.points))
     of_point[patch.point_of_sample] = lengths[patch.samples]
     middle = float(np.exp(np.log(of_point).mean()))
-    return SurfaceField(patch.points / middle, patch.triangles, kernel, of_point / middle)
+    return surface_field(patch.points / middle, patch.triangles, kernel, of_point / middle)
 
 
 def make_field(patch: PatchPoints, length: float, kernel: str, metric: str, method: str) -> PatchField:
@@ -67,7 +67,7 @@ def make_field(patch: PatchPoints, length: float, kernel: str, metric: str, meth
     if metric == "surface" or (metric == "auto" and method == "auto" and is_thin(patch, length)):
         if method != "auto":
             raise DeviationError(f"metric='surface' has its own method; leave out method={method!r}")
-        return SurfaceField(patch.points / length, patch.triangles, kernel)
+        return surface_field(patch.points / length, patch.triangles, kernel)
     points = (patch.points - patch.points.min(axis=0)) / length
     chosen = _choose(patch, length, kernel) if method == "auto" else method
     if chosen == "grid":
