@@ -60,8 +60,9 @@ class PatchPoints:
         """Median edge length [mm]; 0 without triangles."""
         if not len(self.triangles):
             return 0.0
-        corners = self.points[self.triangles]
-        return float(np.median(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)))
+        a, b, c = (self.points[self.triangles[:, k]] for k in range(3))
+        squares = [np.einsum("ij,ij->i", side, side) for side in (b - a, c - b, a - c)]
+        return float(np.sqrt(np.median(np.concatenate(squares))))
 
     @cached_property
     def area(self) -> float:
@@ -88,17 +89,15 @@ def patch_points(nominal: NominalModel, features: Sequence[Feature] | None = Non
     patches = smooth_patches(nominal)
     points, normals = patches.points(nominal), patches.normals(nominal)
     patch_of_sample = patches.patch_of_node[patches.node_of_sample]
-    wanted = np.unique(
-        patch_of_sample
-        if features is None
-        else np.concatenate([patch_of_sample[feature.rows] for feature in features])
-    )
+    touched = np.zeros(patches.n_patches, dtype=bool)
+    for rows in [slice(None)] if features is None else [feature.rows for feature in features]:
+        touched[patch_of_sample[rows]] = True
     node_order, node_bounds = _groups(patches.patch_of_node, patches.n_patches)
     sample_order, sample_bounds = _groups(patch_of_sample, patches.n_patches)
     triangle_order, triangle_bounds = _groups(patches.patch_of_triangle, patches.n_patches)
     local = np.zeros(patches.n_nodes, dtype=np.int64)
     found = []
-    for patch in wanted:
+    for patch in np.flatnonzero(touched):
         nodes = node_order[node_bounds[patch] : node_bounds[patch + 1]]
         samples = sample_order[sample_bounds[patch] : sample_bounds[patch + 1]]
         triangles = triangle_order[triangle_bounds[patch] : triangle_bounds[patch + 1]]

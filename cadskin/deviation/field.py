@@ -165,9 +165,10 @@ class PatchwiseSampler(LinearSampler):
         self.nodes_of = [slice(a, b) for a, b in pairwise(starts)]
         self.latent_of = [slice(a, b) for a, b in pairwise(latents)]
         self.places_of = [_sampled_places(patch, scale) for patch in patches]
-        self.unused = np.setdiff1d(
-            np.arange(len(scale)), np.concatenate([patch.samples for patch in patches] or [np.zeros(0, int)])
-        )
+        unused = np.ones(len(scale), dtype=bool)
+        for patch in patches:
+            unused[patch.samples] = False
+        self.unused = np.flatnonzero(unused)
         self.notes = tuple(unit.note for unit in unit_fields)
 
     def write(self, noise: NDArray[np.float32], fields: NDArray[np.float32], out: Floats) -> None:

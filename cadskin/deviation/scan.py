@@ -13,19 +13,21 @@ from scipy.spatial import cKDTree
 from cadskin._arrays import frozen
 from cadskin._jit import kernel
 from cadskin.deviation._parameters import positive
+from cadskin.deviation._point_cells import cell_bounds, find_cell, point_cells
 from cadskin.deviation._tangent import form_sampler
 from cadskin.deviation.base import MM, DeviationModel
 from cadskin.deviation.registry import register
 from cadskin.errors import DeviationError
+from cadskin.shape._tangents import fill_tangents
 
 if TYPE_CHECKING:
     from cadskin._typing import Floats, Points
+    from cadskin.deviation._point_cells import PointCells
     from cadskin.deviation.samplers import Sampler
     from cadskin.shape import Feature, NominalModel
 
 __all__ = ["FromScan"]
 
-_CHUNK = 20_000  # samples whose neighbours are listed at once
 _PROBED = 20_000  # points of the scan that tell its density
 
 
@@ -77,33 +79,25 @@ class FromScan(DeviationModel):
 
     def prepare(self, nominal: NominalModel, features: Sequence[Feature] | None = None) -> Sampler:
         """Fit the scan around every sample."""
-        tree = cKDTree(self.points)
         some = self.points[:: max(1, len(self.points) // _PROBED)]
+        tree = cKDTree(self.points, balanced_tree=False, compact_nodes=False)
         nearest, _ = tree.query(some, k=[self.neighbours])
         radius = 2.0 * float(np.median(nearest))  # a corner sees a quarter of this disc: enough points
-        return form_sampler(nominal, features, lambda feature: self._on(feature, tree, radius))
+        cloud = point_cells(self.points, 2.0 * radius)
+        return form_sampler(nominal, features, lambda feature: self._on(feature, cloud, radius))
 
-    def _on(self, feature: Feature, tree: cKDTree, radius: float) -> Floats:
-        """Fit in chunks, which bounds the memory of the neighbour lists."""
+    def _on(self, feature: Feature, cloud: PointCells, radius: float) -> Floats:
         values = np.zeros(feature.n_points)
         covered = np.zeros(feature.n_points, dtype=bool)
-        ball = float(np.hypot(self.reach, radius))
-        for start in range(0, feature.n_points, _CHUNK):
-            points = feature.points[start : start + _CHUNK]
-            found = tree.query_ball_point(points, ball, return_sorted=False)
-            counts = np.fromiter((len(ids) for ids in found), dtype=np.int64, count=len(points))
-            ids = np.concatenate([*found, []]).astype(np.int64)
-            _fit_heights(
-                points,
-                feature.normals[start : start + _CHUNK],
-                self.points,
-                ids,
-                np.concatenate([[0], np.cumsum(counts)]),
-                np.array([self.reach, radius]),
-                int(self.neighbours),
-                values[start : start + _CHUNK],
-                covered[start : start + _CHUNK],
-            )
+        _fit_heights(
+            np.ascontiguousarray(feature.points),
+            np.ascontiguousarray(feature.normals),
+            (cloud.points, cloud.grid, cloud.counts, cloud.starts, cloud.keys, cloud.cells),
+            np.array([self.reach, radius]),
+            int(self.neighbours),
+            values,
+            covered,
+        )
         if not covered.all():
             raise DeviationError(
                 f"FromScan: the scan does not cover {(~covered).sum()} of {feature.n_points} samples of "
@@ -121,51 +115,112 @@ class FromScan(DeviationModel):
 
 @kernel
 def _fit_heights(
-    points: Any,
-    normals: Any,
-    cloud: Any,
-    ids: Any,
-    starts: Any,
-    limits: Any,
-    neighbours: int,
-    values: Any,
-    covered: Any,
+    points: Any, normals: Any, cloud: Any, limits: Any, neighbours: int, values: Any, covered: Any
 ) -> None:
     """Height of the weighted quadric over the tangent plane at each point, from the cloud points around it.
 
-    ``ids[starts[i] : starts[i + 1]]`` are those around point i; ``limits`` are the reach along the normal and
-    the radius about it.
+    ``cloud`` holds the arrays of `PointCells`; ``limits`` are the reach along the normal and the radius about
+    it.
     """
-    most = 0
-    for i in range(points.shape[0]):
-        most = max(most, starts[i + 1] - starts[i])
-    seen = np.zeros((most, 4))  # s, t, height, squared distance from the normal
+    axes = np.zeros((3, 3))  # two tangents and the normal
+    seen = np.zeros((neighbours, 4))  # squared distance from the normal, s, t, height: the nearest first
     basis = np.zeros((neighbours, 6))
     right = np.zeros(neighbours)
     for i in range(points.shape[0]):
-        first, second = _tangents(normals[i])
-        count = 0
-        for p in range(starts[i], starts[i + 1]):
-            offset = cloud[ids[p]] - points[i]
-            height = (offset * normals[i]).sum()
-            s, t = (offset * first).sum(), (offset * second).sum()
-            if abs(height) <= limits[0] and s * s + t * t <= limits[1] * limits[1]:
-                seen[count, 0], seen[count, 1], seen[count, 2], seen[count, 3] = s, t, height, s * s + t * t
-                count += 1
+        axes[2] = normals[i]
+        fill_tangents(normals[i], axes[0], axes[1])
+        count = _around_normal(points[i], axes, cloud, limits, seen)
         if count < 6:
             continue
         covered[i] = True
-        order = np.argsort(seen[:count, 3])
         used = min(count, neighbours)
-        scale = math.sqrt(seen[order[used - 1], 3])
+        scale = math.sqrt(seen[used - 1, 0])
         scale = scale if scale > 0.0 else 1.0
         for k in range(used):
-            s, t = seen[order[k], 0] / scale, seen[order[k], 1] / scale
+            s, t = seen[k, 1] / scale, seen[k, 2] / scale
             weight = 1.0 - 0.75 * (s * s + t * t)
             basis[k, 0], basis[k, 1], basis[k, 2] = weight, weight * s, weight * t
             basis[k, 3], basis[k, 4], basis[k, 5] = weight * s * s, weight * s * t, weight * t * t
-            right[k] = weight * seen[order[k], 2]
+            right[k] = weight * seen[k, 3]
         values[i] = _first_coefficient(basis, right, used)
+
+
+@kernel
+def _around_normal(point: Any, axes: Any, cloud: Any, limits: Any, seen: Any) -> int:
+    """Count the cloud points in the cylinder about a normal; keep those nearest to it, in order, in ``seen``.
+
+    The cells are visited layer by layer along the coordinate axis that is nearest to the normal: in a layer
+    the cylinder is short, whatever its direction.
+    """
+    points, grid, counts, starts, keys, cells = cloud
+    normal, reach, radius = axes[2], limits[0], limits[1]
+    m = 0
+    for k in range(1, 3):
+        if abs(normal[k]) > abs(normal[m]):
+            m = k
+    a, b = (m + 1) % 3, (m + 2) % 3
+    wide = radius * math.sqrt(max(1.0 - normal[m] ** 2, 0.0))
+    length = reach * abs(normal[m]) + wide
+    place = np.zeros(3, dtype=np.int64)
+    count = 0
+    begin, end = cell_bounds(point[m] - length, point[m] + length, m, grid, counts)
+    for layer in range(begin, end):
+        place[m] = layer
+        bottom = grid[m] + layer * grid[3] - point[m]
+        one, other = (bottom - wide) / normal[m], (bottom + grid[3] + wide) / normal[m]
+        low, high = max(min(one, other), -reach), min(max(one, other), reach)
+        begin_a, end_a = _lateral(point, normal, low, high, radius, a, grid, counts)
+        begin_b, end_b = _lateral(point, normal, low, high, radius, b, grid, counts)
+        for place_a in range(begin_a, end_a):
+            place[a] = place_a
+            for place_b in range(begin_b, end_b):
+                place[b] = place_b
+                number = (place[0] * counts[1] + place[1]) * counts[2] + place[2]
+                cell = find_cell(number, keys, cells)
+                if cell >= 0:
+                    count = _keep_nearest(
+                        point, axes, points, starts[cell], starts[cell + 1], limits, seen, count
+                    )
+    return count
+
+
+@kernel
+def _lateral(
+    point: Any, normal: Any, low: float, high: float, radius: float, axis: int, grid: Any, counts: Any
+) -> Any:
+    """Cells along an axis that the cylinder touches between two heights."""
+    one, other = low * normal[axis], high * normal[axis]
+    wide = radius * math.sqrt(max(1.0 - normal[axis] ** 2, 0.0))
+    return cell_bounds(
+        point[axis] + min(one, other) - wide, point[axis] + max(one, other) + wide, axis, grid, counts
+    )
+
+
+@kernel
+def _keep_nearest(
+    point: Any, axes: Any, points: Any, start: int, stop: int, limits: Any, seen: Any, count: int
+) -> int:
+    """Sort the points from start to stop that lie in the cylinder into those seen; return how many did."""
+    for p in range(start, stop):
+        x, y, z = points[p, 0] - point[0], points[p, 1] - point[1], points[p, 2] - point[2]
+        height = x * axes[2, 0] + y * axes[2, 1] + z * axes[2, 2]
+        s = x * axes[0, 0] + y * axes[0, 1] + z * axes[0, 2]
+        t = x * axes[1, 0] + y * axes[1, 1] + z * axes[1, 2]
+        squared = s * s + t * t
+        if abs(height) > limits[0] or squared > limits[1] * limits[1]:
+            continue
+        at = min(count, seen.shape[0])
+        count += 1
+        if at == seen.shape[0]:
+            if squared >= seen[at - 1, 0]:
+                continue
+            at -= 1
+        while at > 0 and seen[at - 1, 0] > squared:
+            for k in range(4):
+                seen[at, k] = seen[at - 1, k]
+            at -= 1
+        seen[at, 0], seen[at, 1], seen[at, 2], seen[at, 3] = squared, s, t, height
+    return count
 
 
 @kernel
@@ -174,8 +229,8 @@ def _first_coefficient(basis: Any, right: Any, used: int) -> float:
     size = basis.shape[1]
     factor = np.zeros((size, size))
     solution = np.zeros(size)
-    for a in range(size):
-        for k in range(used):
+    for k in range(used):
+        for a in range(size):
             solution[a] += basis[k, a] * right[k]
             for b in range(a + 1):
                 factor[a, b] += basis[k, a] * basis[k, b]
@@ -194,17 +249,3 @@ def _first_coefficient(basis: Any, right: Any, used: int) -> float:
             solution[a] -= factor[c, a] * solution[c]
         solution[a] /= factor[a, a]
     return float(solution[0])
-
-
-@kernel
-def _tangents(normal: Any) -> Any:
-    """Two unit vectors across a normal."""
-    axis = 0
-    for k in range(1, 3):
-        if abs(normal[k]) < abs(normal[axis]):
-            axis = k
-    unit = np.zeros(3)
-    unit[axis] = 1.0
-    first = np.cross(normal, unit)
-    first /= math.sqrt((first * first).sum())
-    return first, np.cross(normal, first)

@@ -26,6 +26,7 @@ from scipy.sparse import coo_array, csr_array
 from cadskin._arrays import frozen
 from cadskin._jit import fast_kernel, kernel
 from cadskin.errors import GeometryError
+from cadskin.shape._tangents import fill_tangents
 from cadskin.shape.discrete import vertex_normals
 
 if TYPE_CHECKING:
@@ -154,23 +155,6 @@ def _two_rings(i: int, offsets: Any, neighbours: Any, mark: Any, ids: Any) -> in
 
 
 @kernel
-def _tangents(normal: Any) -> Any:
-    axis = 0
-    for k in range(1, 3):
-        if abs(normal[k]) < abs(normal[axis]):
-            axis = k
-    first = np.zeros(3)
-    first[axis] = 1.0
-    first -= normal[axis] * normal
-    first /= math.sqrt((first * first).sum())
-    second = np.zeros(3)
-    second[0] = normal[1] * first[2] - normal[2] * first[1]
-    second[1] = normal[2] * first[0] - normal[0] * first[2]
-    second[2] = normal[0] * first[1] - normal[1] * first[0]
-    return first, second
-
-
-@kernel
 def _solve(matrix: Any, rhs: Any, size: int) -> bool:
     """Cholesky solve in place of a small normal system."""
     for a in range(size):
@@ -240,11 +224,12 @@ def _fit_all(points: Any, normals: Any, offsets: Any, neighbours: Any) -> Any:
     ids = np.zeros(_MOST, dtype=np.int64)
     local = np.zeros((_MOST, 3))
     solution = np.zeros(_TERMS)
+    first, second = np.zeros(3), np.zeros(3)
     for i in range(n):
         count = _two_rings(i, offsets, neighbours, mark, ids)
         if count < 5:
             continue
-        first, second = _tangents(normals[i])
+        fill_tangents(normals[i], first, second)
         reach = 0.0
         for k in range(count):
             j = ids[k]

@@ -17,7 +17,10 @@ from cadskin.deviation import (
     parameter_design,
     with_parameter,
 )
+from cadskin.deviation._point_cells import point_cells
+from cadskin.deviation.scan import _around_normal
 from cadskin.errors import DeviationError
+from cadskin.shape._tangents import fill_tangents
 
 MODEL = Paraboloid(0.05).on(">Z") + 2 * GaussianField(0.01, 12)
 RANGES = {
@@ -129,8 +132,34 @@ def test_the_other_side_of_a_wall_is_left_out_and_gaps_are_told():
     half = points[points[:, 0] < 30.0]
     with pytest.raises(DeviationError, match=r"does not cover \d+ of \d+ samples of low"):
         FromScan(half, reach=0.4).sample(wall)
+    with pytest.raises(DeviationError, match="does not cover"):
+        FromScan(np.zeros((20, 3)), reach=0.4).sample(wall)
     high_only = points[points[:, 2] > 0.5]
     assert np.abs(FromScan(high_only, reach=0.4).on("high").sample(wall)).max() < 1e-9
+
+
+@pytest.mark.parametrize(("reach", "radius"), [(0.5, 0.1), (0.05, 0.3), (20.0, 0.2)])
+def test_the_cells_miss_no_point(reach, radius):
+    """All points of the cylinder about a normal, in any direction, against brute force."""
+    rng = np.random.default_rng(6)
+    points = rng.uniform(-1, 1, (5000, 3)) * [1.0, 2.0, 0.5]
+    cloud = point_cells(points, 2 * radius)
+    arrays = (cloud.points, cloud.grid, cloud.counts, cloud.starts, cloud.keys, cloud.cells)
+    normals = [np.eye(3)[0], -np.eye(3)[1], np.array([0.6, 0.8, 0.0])]
+    normals += [vector / np.linalg.norm(vector) for vector in rng.normal(size=(40, 3))]
+    for normal in normals:
+        axes, seen = np.zeros((3, 3)), np.zeros((10, 4))
+        axes[2] = normal
+        fill_tangents(normal, axes[0], axes[1])
+        assert np.allclose(np.linalg.det(axes), 1.0)
+        point = rng.uniform(-1.1, 1.1, 3)
+        count = _around_normal(point, axes, arrays, np.array([reach, radius]), seen)
+        local = (points - point) @ axes.T
+        squared = (local[:, :2] ** 2).sum(axis=1)
+        inside = (np.abs(local[:, 2]) <= reach) & (squared <= radius**2)
+        assert count == inside.sum()
+        nearest = np.sort(squared[inside])[:10]
+        assert np.allclose(seen[: len(nearest), 0], nearest)
 
 
 def test_a_dense_scan_is_fitted_exactly_where_it_is_a_quadric():
