@@ -228,7 +228,8 @@ class Towards(DeviationModel):
 def distance_along_normals(points: Points, normals: Vectors, surface: Any) -> Floats:
     """Return the signed distance along the normals to the nearest crossing of a surface.
 
-    Newton's iteration on the distance function; a normal that does not meet the surface gives NaN.
+    Newton's iteration on the distance function, to either side; a normal that does not meet the surface gives
+    NaN.
 
     Parameters
     ----------
@@ -248,7 +249,15 @@ def distance_along_normals(points: Points, normals: Vectors, surface: Any) -> Fl
     >>> distance_along_normals(point, normal, Sphere([0, 0, 0], 2.0)).round(9)
     array([1.5])
     """
-    found = -surface.distance(points) * np.sign(_slope(points, normals, surface, 0.0))
+    gap = np.abs(surface.distance(points))
+    ways = np.stack([_crossing(points, normals, surface, start) for start in (gap, -gap)])
+    lengths = np.where(np.isnan(ways), np.inf, np.abs(ways))
+    return np.asarray(ways[lengths.argmin(axis=0), np.arange(len(points))])
+
+
+def _crossing(points: Points, normals: Vectors, surface: Any, start: Floats) -> Floats:
+    """Signed distance (k,) along the normals to the crossing that Newton finds from ``start``, or NaN."""
+    found = start
     for _ in range(60):
         value = surface.distance(points + found[:, None] * normals)
         slope = _slope(points, normals, surface, found)

@@ -20,11 +20,12 @@ from cadskin.deviation.field import GaussianField
 from cadskin.deviation.registry import register
 from cadskin.errors import DeviationError
 from cadskin.shape.ideal import Cone, Cylinder, Sphere, Torus
+from cadskin.shape.patches import smooth_patches
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from cadskin._typing import Floats
+    from cadskin._typing import Floats, Ints
     from cadskin.deviation.samplers import Sampler
     from cadskin.shape import Feature, NominalModel
 
@@ -126,8 +127,9 @@ class FromSpectrum(DeviationModel):
     """A random profile with a given power spectral density, along one direction of the surface coordinates.
 
     z(s) = sum_k sqrt(S_k df_k) (a_k cos 2 pi f_k s + b_k sin 2 pi f_k s), a and b standard normal; each
-    feature has its own profile. With equal steps df the profile repeats after 1 / df. `self_affine` makes the
-    spectrum of a rough profile from its Hurst exponent.
+    feature has its own profile; where features meet tangentially a point has the mean. With equal steps df
+    the profile repeats after 1 / df. `self_affine` makes the spectrum of a rough profile from its Hurst
+    exponent.
 
     Parameters
     ----------
@@ -227,11 +229,15 @@ class FromSpectrum(DeviationModel):
         """Tabulate the waves on every feature."""
         chosen = tuple(nominal.features if features is None else features)
         waves = np.sqrt(self.psd * _widths(self.frequencies))[:, None]
+        node_of_sample = smooth_patches(nominal).node_of_sample
+        nodes = [node_of_sample[feature.rows] for feature in chosen]
+        sharing = np.bincount(np.concatenate(nodes), minlength=int(node_of_sample.max(initial=-1)) + 1)
         blocks = []
-        for feature in chosen:
+        for feature, own in zip(chosen, nodes, strict=True):
             phase = 2 * np.pi * self.frequencies[:, None] * _along(feature, self.angle)
-            blocks.append(np.concatenate([waves * np.cos(phase), waves * np.sin(phase)]).astype(np.float32))
-        return _ProfileSampler(nominal.n_samples, [feature.rows for feature in chosen], blocks)
+            block = np.concatenate([waves * np.cos(phase), waves * np.sin(phase)]) / sharing[own]
+            blocks.append(block.astype(np.float32))
+        return _ProfileSampler(node_of_sample, nodes, blocks)
 
 
 def _widths(frequencies: Floats) -> Floats:
@@ -241,19 +247,24 @@ def _widths(frequencies: Floats) -> Floats:
 
 
 class _ProfileSampler(NodewiseSampler):
-    """Own waves on each feature."""
+    """Own waves on each feature; nodes of several features take the mean."""
 
-    def __init__(self, n_samples: int, rows: Sequence[slice], blocks: Sequence[NDArray[np.float32]]) -> None:
+    def __init__(
+        self, node_of_sample: Ints, nodes: Sequence[Ints], blocks: Sequence[NDArray[np.float32]]
+    ) -> None:
         latent = sum(len(block) for block in blocks)
-        super().__init__(np.arange(n_samples), np.ones(n_samples), latent, n_samples)
-        self.rows, self.blocks = tuple(rows), tuple(blocks)
+        n_nodes = int(node_of_sample.max(initial=-1)) + 1
+        super().__init__(node_of_sample, np.ones(len(node_of_sample)), latent, n_nodes)
+        self.nodes, self.blocks = tuple(nodes), tuple(blocks)
 
     def colour(self, noise: NDArray[np.float32], scratch: NDArray[np.float32]) -> NDArray[np.float32]:
         """Multiply each feature's noise by its waves."""
         scratch[:] = 0.0
         start = 0
-        for rows, block in zip(self.rows, self.blocks, strict=True):
-            weighted_sums(noise[:, start : start + len(block)], block, False, scratch[:, rows])
+        for nodes, block in zip(self.nodes, self.blocks, strict=True):
+            own = np.zeros((len(scratch), len(nodes)), dtype=np.float32)
+            weighted_sums(noise[:, start : start + len(block)], block, False, own)
+            scratch[:, nodes] += own
             start += len(block)
         return scratch
 

@@ -5,7 +5,18 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import ConvexHull, Delaunay
 
-from cadskin.shape import Cylinder, DiscreteShape, Face, Freeform, NominalModel, Plane, Samples, Sphere
+from cadskin.shape import (
+    Cone,
+    Cylinder,
+    DiscreteShape,
+    Face,
+    Freeform,
+    NominalModel,
+    Plane,
+    Samples,
+    Sphere,
+    Torus,
+)
 from cadskin.shape.nominal import build_features
 
 
@@ -115,6 +126,44 @@ def ball(radius=20.0, count=800) -> NominalModel:
     )
     triangles[inward < 0] = triangles[inward < 0][:, ::-1]
     return model_of([(radius * normals, triangles, normals, Sphere([0, 0, 0], radius), "ball")])
+
+
+def funnel(half_angle=0.4, low=20.0, high=60.0, h=3.0) -> NominalModel:
+    """A cone, its apex at the origin and its axis z, from height ``low`` to ``high``."""
+    slope = np.tan(half_angle)
+    angle, z = _grid((0, 2 * np.pi), (low, high), 2 * np.pi * slope * high, h)
+    ray = np.column_stack([np.cos(angle[0]), np.sin(angle[0]), np.zeros(angle[0].size)])
+    points = slope * z[0][:, None] * ray + np.column_stack([0 * z[0], 0 * z[0], z[0]])
+    normals = np.cos(half_angle) * ray - [0, 0, np.sin(half_angle)]
+    triangles = grid_triangles(angle[1], z[1])
+    return model_of([(points, triangles, normals, Cone([0, 0, 0], [0, 0, 1], half_angle), "funnel")])
+
+
+def ring(major=20.0, minor=8.0, h=3.0, *, tube=2 * np.pi) -> NominalModel:
+    """A torus about z; a strip of it when ``tube``, the angle around its tube, is below 2 pi."""
+    angle, turn = _grid((0, 2 * np.pi), (0, tube), 2 * np.pi * major, h, minor)
+    ray = np.column_stack([np.cos(angle[0]), np.sin(angle[0]), np.zeros(angle[0].size)])
+    normals = np.cos(turn[0])[:, None] * ray + np.outer(np.sin(turn[0]), [0, 0, 1])
+    points = major * ray + minor * normals
+    ideal = Torus([0, 0, 0], [0, 0, 1], major, minor)
+    return model_of([(points, grid_triangles(angle[1], turn[1]), normals, ideal, "ring")])
+
+
+def wave(size=(60.0, 40.0), h=3.0) -> NominalModel:
+    """A freeform face z = 4 sin(x / 9) cos(y / 12), normal upwards."""
+    x, y = _grid((0, size[0]), (0, size[1]), size[0], h)
+    slopes = 4 / 9 * np.cos(x[0] / 9) * np.cos(y[0] / 12), -4 / 12 * np.sin(x[0] / 9) * np.sin(y[0] / 12)
+    normals = np.column_stack([-slopes[0], -slopes[1], np.ones(x[0].size)])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    points = np.column_stack([x[0], y[0], 4 * np.sin(x[0] / 9) * np.cos(y[0] / 12)])
+    return model_of([(points, grid_triangles(x[1], y[1]), normals, Freeform("bspline"), "wave")])
+
+
+def _grid(first, second, length, h, radius=1.0):
+    """Two coordinates of a grid, each with its number of lines; ``length`` is the way along the first."""
+    n, m = round(length / h) + 1, round(radius * (second[1] - second[0]) / h) + 1
+    u, v = np.meshgrid(np.linspace(*first, n), np.linspace(*second, m), indexing="ij")
+    return (u.ravel(), n), (v.ravel(), m)
 
 
 def rounded_slab(length=40.0, width=30.0, thickness=2.0, h=2.0) -> NominalModel:
