@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from cadskin.cli._console import note, print_json, print_table
+from cadskin.cli._verdicts import exit_code
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -36,4 +37,4 @@ def verify_qif(path: Path, *, json: bool) -> int:
         odd = sum(r["found"] != r["declared"] for r in rows)
         if odd:
             note(f"{odd} of {len(rows)} parts are judged otherwise than the file declares")
-    return 0 if all(r["found"] == "PASS" for r in rows) else 1
+    return exit_code(all(r["found"] == "PASS" for r in rows))

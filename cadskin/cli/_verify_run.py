@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cadskin.cli._console import note, print_json, print_table, progress_bar
+from cadskin.cli._verdicts import exit_code, say_verdict
 from cadskin.errors import SpecificationError
 
 if TYPE_CHECKING:
@@ -91,8 +92,8 @@ def verify_run(
         print_table(f"{len(run)} parts of {folder.name}", columns, rows, right=("largest", "limit", "within"))
         for name, reason in reasons.items():
             note(f"{name} was not evaluated: {reason}")
-        note("conforming" if conforming else "not conforming")
-    return 0 if conforming else 1
+        say_verdict(conforming)
+    return exit_code(conforming)
 
 
 def _size_limits(spec: Specification) -> dict[str, tuple[float | None, float | None]]:

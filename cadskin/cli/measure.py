@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Annotated, Any, cast, get_args
 
 import typer
 
-from cadskin.cli._console import note, print_json, print_table, progress_bar
-from cadskin.cli._options import EdgeLength, Json, Part, SpecOfPart, TimeLimit, as_selector
-from cadskin.errors import SpecificationError, StatisticsError
+from cadskin.cli._console import note, print_json, print_table
+from cadskin.cli._options import EdgeLength, Json, Part, SpecOfPart, TimeLimit
+from cadskin.cli._scans import Align, AlignOn, Search, aligned, check_alignment, say_alignment
+from cadskin.cli._verdicts import exit_code, print_verification, verified
+from cadskin.errors import SpecificationError
 
 if TYPE_CHECKING:
-    from cadskin.shape import NominalModel
-    from cadskin.spec import Specification
     from cadskin.stats import MeasuredPart, Registration
     from cadskin.verify import Verification
 
@@ -26,27 +26,9 @@ def command(
     of: Annotated[
         Path, typer.Option("--of", metavar="PART", help="CAD file of the part.", show_default=False)
     ],
-    align: Annotated[
-        str,
-        typer.Option(
-            help="none, datum_frame, least_squares, minimum_zone or robust. A best fit takes off what a "
-            "position or orientation tolerance is about.",
-            show_default=False,
-        ),
-    ],
-    on: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--on",
-            metavar="FACES",
-            help="Align on these faces only; repeat for the datums of datum_frame, the primary first "
-            "[default: the whole part, or the first datum system of the tolerances].",
-            show_default=False,
-        ),
-    ] = None,
-    search: Annotated[
-        bool, typer.Option("--search", help="Look through all rotations: the scan lies anywhere.")
-    ] = False,
+    align: Align,
+    on: AlignOn = None,
+    search: Search = False,
     unit: Annotated[str, typer.Option(help="Unit of the scan: mm, um, cm, m or inch.")] = "mm",
     probe_radius: Annotated[
         float, typer.Option(metavar="MM", help="The points are centres of a probe ball.")
@@ -79,27 +61,20 @@ def command(
     """
     from cadskin.cad.measured.points import Unit, read_points
     from cadskin.cli._reading import has_tolerances, nominal_and_spec
-    from cadskin.stats import Alignment, measure, register
+    from cadskin.stats import measure
 
-    for value, choices, option in ((align, Alignment, "--align"), (unit, Unit, "--unit")):
-        if value not in get_args(choices):
-            raise SpecificationError(f"{option} must be one of {', '.join(get_args(choices))}, got {value!r}")
+    check_alignment(align)
+    if unit not in get_args(Unit):
+        raise SpecificationError(f"--unit must be one of {', '.join(get_args(Unit))}, got {unit!r}")
     cloud = read_points(scan, unit=cast("Any", unit))
     nominal, tolerances = nominal_and_spec(
         of, spec, part=part, edge_length=edge_length, time_limit=time_limit
     )
-    with progress_bar(f"aligning {scan.name}") as progress:
-        found = register(
-            cloud.points,
-            nominal,
-            alignment=cast("Any", align),
-            features=_features(on, align, tolerances, nominal),
-            start="search" if search else None,
-            probe_radius=probe_radius,
-            progress=progress,
-        )
+    found = aligned(cloud.points, nominal, tolerances, align, on=on, search=search, probe_radius=probe_radius)
     made = measure(cloud.points, nominal, motion=found, probe_radius=probe_radius)
-    table = _verified(made, tolerances) if has_tolerances(tolerances) else None
+    table = None
+    if has_tolerances(tolerances):
+        table = verified(made.measured_surface, tolerances, nominal)
     if output is not None:
         made.save(output)
     if picture is not None:
@@ -108,41 +83,7 @@ def command(
         print_json(_plain(made, found, table))
     else:
         _print(scan, of, made, found, table)
-    return 0 if table is None or table.conforming else 1
-
-
-def _features(on: list[str] | None, align: str, tolerances: Specification, nominal: NominalModel) -> Any:
-    """Return what the alignment is made on: as given, or the first datum system of most references."""
-    from cadskin.spec.binding import bound_to
-
-    if on:
-        chosen = [as_selector(faces) for faces in on]
-        return chosen if align == "datum_frame" else chosen[0] if len(chosen) == 1 else chosen
-    if align != "datum_frame":
-        return None
-    bound = bound_to(tolerances, nominal)
-    systems = [tolerance.datums.references for tolerance in bound if tolerance.datums.references]
-    if systems:
-        chosen_system = max(systems, key=len)
-        faces = [
-            [face for letter in reference.letters for face in bound.datum(letter).feature.faces]
-            for reference in chosen_system
-        ]
-        if all(faces):
-            return faces
-    raise SpecificationError(
-        "--align datum_frame needs datums: no tolerance of the part names any; give --on FACES for each"
-    )
-
-
-def _verified(made: MeasuredPart, tolerances: Specification) -> Verification:
-    from cadskin.verify import Verification, verify
-
-    with progress_bar("verifying") as progress:
-        found = verify(made.measured_surface, tolerances, nominal=made.nominal, sizes=True, progress=progress)
-    if not isinstance(found, Verification):
-        raise StatisticsError("one part gave several tables; please report this")
-    return found
+    return exit_code(table is None or table.conforming)
 
 
 def _rows(made: MeasuredPart) -> list[tuple[str, ...]]:
@@ -162,22 +103,15 @@ def _rows(made: MeasuredPart) -> list[tuple[str, ...]]:
 
 
 def _print(scan: Path, of: Path, made: MeasuredPart, found: Registration, table: Verification | None) -> None:
-    import numpy as np
-
-    turn, shift = np.degrees(found.motion.angle), found.motion.translation
-    spread = 1000 * np.sqrt(np.diag(found.covariance)[:3])
     note(
         f"{len(made.faces)} points, {int(made.outliers.sum())} set aside, {100 * made.coverage:.0f} % of the "
-        f"part measured; alignment {found.alignment}: turned by {turn:.3f}°, moved by "
-        f"({shift[0]:.4f}, {shift[1]:.4f}, {shift[2]:.4f}) mm, known to "
-        f"({spread[0]:.2f}, {spread[1]:.2f}, {spread[2]:.2f}) µm from the scatter of the points alone"
+        "part measured"
     )
+    say_alignment(found)
     columns = ("feature", "kind", "measured", "mean µm", "rms µm", "min µm", "max µm")
     print_table(f"{scan.name} against {of.name}", columns, _rows(made), right=columns[2:])
     if table is not None:
-        head = ("tolerance", "characteristic", "value", "limit", "verdict", "certified")
-        print_table("tolerances", head, table.rows(), right=("value", "limit"))
-        note("conforming" if table.conforming else "not conforming")
+        print_verification("tolerances", table)
 
 
 def _plain(made: MeasuredPart, found: Registration, table: Verification | None) -> dict[str, Any]:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, cast
 
 import typer
 
-from cadskin.cli._console import note, print_json, print_table, progress_bar
+from cadskin.cli._console import note, print_json
 from cadskin.cli._options import Json, Part, SpecOfPart, TimeLimit
+from cadskin.cli._scans import AlignOn, AlignOrNot, Search, aligned, check_alignment, say_alignment
+from cadskin.cli._verdicts import exit_code, print_verification, verified
 
 
 def command(
@@ -44,15 +47,9 @@ def command(
             help="Also estimate what the surface between the points adds.",
         ),
     ] = False,
-    align: Annotated[
-        str | None,
-        typer.Option(
-            "--align",
-            metavar="HOW",
-            help="Bring a scan to the part first: robust, least_squares, minimum_zone or search.",
-            show_default=False,
-        ),
-    ] = None,
+    align: AlignOrNot = None,
+    on: AlignOn = None,
+    search: Search = False,
     json: Json = False,
     part: Part = None,
     time_limit: TimeLimit = 300.0,
@@ -65,9 +62,8 @@ def command(
     reason, and the part then does not count as conforming.
     """
     from cadskin.cli._reading import has_tolerances, nominal_and_spec
-    from cadskin.cli._scans import aligned
     from cadskin.errors import SpecificationError
-    from cadskin.verify import Standard, Verification, verify
+    from cadskin.verify import Standard
     from cadskin.verify.qif import write_qif
     from cadskin.verify.scans import labelled_scan, read_scan
 
@@ -75,6 +71,9 @@ def command(
         raise SpecificationError(
             f"unknown standard {standard!r}; choose 'ISO 5459:2011' or 'ASME Y14.5.1-2019'"
         )
+    check_alignment(align, on=on, search=search)
+    if align is not None and (mesh.is_dir() or mesh.suffix.lower() == ".qif"):
+        raise SpecificationError(f"--align is for a mesh or a scan; {mesh.name} holds nothing to be aligned")
     if mesh.is_dir():
         from cadskin.cli._verify_run import verify_run
 
@@ -91,20 +90,11 @@ def command(
     if not has_tolerances(given):
         raise SpecificationError(f"{spec or of} holds no tolerances; give a spec file with --spec")
     if align is not None:
-        scan = aligned(scan, nominal, align)
+        found = aligned(scan.points, nominal, given, align, on=on, search=search)
+        say_alignment(found)
+        scan = replace(scan, points=found.motion.apply(scan.points))
     made = labelled_scan(scan, nominal)
-    with progress_bar("verifying") as progress:
-        found = verify(
-            made,
-            given,
-            nominal=nominal,
-            standard=cast("Standard", standard),
-            sections=sections,
-            sizes=True,
-            sampling=sampling,
-            progress=progress,
-        )
-    table = cast("Verification", found)
+    table = verified(made, given, nominal, standard=standard, sections=sections, sampling=sampling)
     if csv is not None:
         csv.write_text(table.to_csv(), encoding="utf-8")
     if qif is not None:
@@ -112,10 +102,8 @@ def command(
     if json:
         print_json(table.to_dict())
     else:
-        columns = ("tolerance", "characteristic", "value", "limit", "verdict", "certified")
-        print_table(f"{mesh.name} against {of.name}", columns, table.rows(), right=("value", "limit"))
         if sampling:
             missing = [found.details.get("sampling_shortfall", 0.0) for _, found in table.evaluations]
             note(f"between the points the surface probably adds up to {max(missing, default=0.0):.3g} mm")
-        note("conforming" if table.conforming else "not conforming")
-    return 0 if table.conforming else 1
+        print_verification(f"{mesh.name} against {of.name}", table)
+    return exit_code(table.conforming)

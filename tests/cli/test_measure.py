@@ -70,6 +70,19 @@ def test_without_tolerances_deviations_alone(capsys, scanned):
     assert max(abs(float(row["mean_um"] or 0)) for row in found["features"]) < 60
 
 
+def test_verify_aligns_a_scan_with_the_same_options_and_words(capsys, scanned):
+    folder, _ = scanned
+    scan, words = str(folder / "scan.xyz"), ["--of", str(BRACKET), "--align", "robust", "--on", "3"]
+    assert main(["measure", scan, *words]) == 0
+    measured = capsys.readouterr().err
+    assert main(["verify", scan, *words, "--spec", str(SPEC)]) == 1  # the top was not scanned
+    said = capsys.readouterr()
+    alignment = next(line for line in measured.splitlines() if "alignment robust: turned by" in line)
+    assert alignment in said.err.splitlines()
+    assert "cadskin: not conforming" in said.err.splitlines()
+    assert "flatness-1" in said.out
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [

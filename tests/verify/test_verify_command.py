@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from cadskin.cad.measured import read_qif
+from cadskin.cli.main import main
 from cadskin.errors import CadskinWarning, ReadError
 from cadskin.export import write
 from cadskin.shape.association import rotation
@@ -87,6 +88,20 @@ def test_a_scan_is_aligned_and_takes_its_faces_from_the_part(plate):
     values = {row["characteristic"]: row["value"] for row in found["evaluations"].values()}
     assert values["flatness"] == pytest.approx(0.05, abs=1e-3)
     assert values["parallelism"] == pytest.approx(0.05, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--align", "search"), "--align must be one of none, datum_frame"),
+        (("--search",), "--search is about an alignment: add --align HOW"),
+        (("--on", "3"), "--on is about an alignment"),
+    ],
+)
+def test_wrong_alignments_are_refused(plate, capsys, words, message):
+    folder, step, _ = plate
+    assert main(["verify", str(folder / "made.npz"), "--of", str(step), *words]) == 2
+    assert message in capsys.readouterr().err
 
 
 def test_labelled_meshes_round_trip(plate, tmp_path):
