@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.sparse import csr_array, eye_array
 from scipy.special import eval_legendre, j0
 from surfaces import ball, covariance_at, covariance_of, plane, rounded_slab, tube
 
 from cadskin.deviation import GaussianField, correlation
 from cadskin.deviation import _surface as surface_module
-from cadskin.deviation._cholesky import SparseCholesky, nested_dissection
 from cadskin.deviation._patches import is_thin, patch_points
 from cadskin.deviation._probes import probe_groups
 from cadskin.deviation._surface import SurfaceField, spectral_polynomial
 from cadskin.deviation.kernels import smoothness
 from cadskin.errors import DeviationError
-from cadskin.shape.operators import cotangent_laplacian
 
 RADIUS = 20.0
 
@@ -120,43 +117,6 @@ def test_a_shaft_is_not_thin():
 def test_surface_metric_has_its_own_method():
     with pytest.raises(DeviationError, match="has its own method"):
         GaussianField(0.01, 15, metric="surface", method="vecchia").sample(plane())
-
-
-def laplacian_of(part):
-    return csr_array(cotangent_laplacian(part.surface.points, part.surface.triangles))
-
-
-@pytest.mark.parametrize(
-    "part", [plane((20, 12), h=1.0), ball(5.0, 400), tube(5, 10, h=1.0)], ids=["plane", "ball", "tube"]
-)
-def test_sparse_cholesky_solves(part):
-    matrix = csr_array(laplacian_of(part) + 0.3 * eye_array(part.surface.n_points))
-    solver = SparseCholesky(matrix, part.surface.points)
-    assert np.array_equal(np.sort(solver.order), np.arange(part.surface.n_points))
-    right = np.random.default_rng(1).standard_normal((part.surface.n_points, 32)).astype(np.float32)
-    columns = right[solver.order].copy()
-    solver.solve_columns(columns)
-    truth = np.linalg.solve(matrix.toarray(), right.astype(float))[solver.order]
-    assert np.abs(columns - truth).max() < 1e-5 * np.abs(truth).max()
-    factor = np.zeros(matrix.shape)
-    column = np.repeat(np.arange(len(solver.order)), np.diff(solver.starts))
-    factor[solver.rows, column] = solver.values
-    assert np.abs(factor @ factor.T - matrix.toarray()[np.ix_(solver.order, solver.order)]).max() < 1e-12
-
-
-def test_dissection_keeps_the_fill_low():
-    part = plane((60, 60), h=1.0, jitter=0.3)
-    matrix = csr_array(laplacian_of(part) + eye_array(part.surface.n_points))
-    filled = len(SparseCholesky(matrix, part.surface.points).values)
-    assert filled < 4.0 * part.surface.n_points * np.log2(part.surface.n_points)
-    assert len(nested_dissection(matrix, part.surface.points)) == part.surface.n_points
-
-
-def test_an_indefinite_matrix_is_refused():
-    part = plane((20, 12), h=2.0)
-    matrix = csr_array(laplacian_of(part) - 5.0 * eye_array(part.surface.n_points))
-    with pytest.raises(DeviationError, match="not positive definite"):
-        SparseCholesky(matrix, part.surface.points)
 
 
 def test_probe_groups_part_the_points():

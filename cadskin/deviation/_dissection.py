@@ -1,0 +1,288 @@
+"""Nested dissection of a mesh by its points: halves of halves, and the few vertices that part them.
+
+The points are halved again and again across their widest extent. An edge of the graph is cut by one halving
+only, so that the separators are found in one pass over the edges, as small vertex covers of the cut edges.
+
+References
+----------
+George: Nested dissection of a regular finite element mesh, SIAM J. Numer. Anal. 10 (1973),
+doi:10.1137/0710032; Karp, Sipser: Maximum matchings in sparse random graphs, FOCS 1981,
+doi:10.1109/SFCS.1981.21 (covers from the leaves on, exact where the cut edges have no circles).
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from cadskin._jit import kernel
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+    from scipy.sparse import csr_array
+
+    from cadskin._typing import Ints, Points
+
+__all__ = ["dissect", "nested_dissection"]
+
+_LEAF = 16  # vertices up to which a part of the mesh is not halved further
+_SAMPLE = 15  # points looked at, or up to twice as many, to choose the place of a cut
+_SLACK = 16  # parts of the points: a half may have one more or less of these
+
+
+def nested_dissection(matrix: csr_array, points: Points) -> Ints:
+    """Return an order that cuts the mesh in halves again and again, separators last."""
+    starts, columns = (np.asarray(part, dtype=np.int32) for part in (matrix.indptr, matrix.indices))
+    return np.asarray(dissect(starts, columns, points)[0], dtype=np.int64)
+
+
+def dissect(
+    starts: NDArray[np.int32], columns: NDArray[np.int32], points: Points
+) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """Return the vertices of a graph in the order of a nested dissection.
+
+    Parameters
+    ----------
+    starts : (n + 1,) int32
+    columns : (starts[-1],) int32
+        Neighbours of each vertex; a neighbour has the vertex as its own.
+    points : (n, d) float
+
+    Returns
+    -------
+    order : (n,) int32
+    parts : (k + 1,) int32
+        Where each leaf or separator begins that is not empty, in postorder of their tree; the last is n.
+    """
+    depth = 0
+    while len(points) >> depth > _LEAF:
+        depth += 1
+    halves, leaf = _halve(np.array(points, dtype=np.float64), depth)
+    graph = _renumbered(starts, columns, halves)
+    order, parts = _postorder(_tree_nodes(graph, leaf, depth), depth)
+    return halves[order], parts
+
+
+@kernel
+def _widest_axis(points: Any, low: int, high: int) -> int:
+    """Axis along which some of the points low to high extend furthest."""
+    step = (high - low + 2 * _SAMPLE) // (2 * _SAMPLE)
+    best, width = 0, -1.0
+    for axis in range(points.shape[1]):
+        least, most = points[low, axis], points[low, axis]
+        for i in range(low, high, step):
+            least = min(least, points[i, axis])
+            most = max(most, points[i, axis])
+        if most - least > width:
+            best, width = axis, most - least
+    return best
+
+
+@kernel
+def _middle_of_some(points: Any, low: int, high: int, axis: int, sample: Any) -> Any:
+    """Return the median coordinate of some of the points low to high."""
+    step = (high - low + _SAMPLE - 1) // _SAMPLE
+    count = 0
+    for i in range(low, high, step):
+        value = points[i, axis]
+        k = count
+        while k > 0 and sample[k - 1] > value:
+            sample[k] = sample[k - 1]
+            k -= 1
+        sample[k] = value
+        count += 1
+    return sample[count // 2]
+
+
+@kernel
+def _smaller_first(points: Any, ids: Any, low: int, high: int, axis: int, limit: float) -> int:
+    """Bring the points below a limit to the front; returns where the others begin. No branches: faster."""
+    place = low
+    for i in range(low, high):
+        below = points[i, axis] < limit
+        for k in range(points.shape[1]):
+            points[i, k], points[place, k] = points[place, k], points[i, k]
+        ids[i], ids[place] = ids[place], ids[i]
+        place += below
+    return place
+
+
+@kernel
+def _cut(points: Any, ids: Any, low: int, high: int, sample: Any) -> int:
+    """Part the points low to high in nearly equal halves; returns where the second begins."""
+    axis = _widest_axis(points, low, high)
+    middle, slack = (low + high) // 2, (high - low) // _SLACK
+    first, last = low, high
+    while last - first > 1:
+        limit = _middle_of_some(points, first, last, axis, sample)
+        place = _smaller_first(points, ids, first, last, axis, limit)
+        if place == first:  # nothing is below: those equal to the limit go first
+            place = _smaller_first(points, ids, first, last, axis, np.nextafter(limit, np.inf))
+            if place > middle:  # the middle is among points of one coordinate: beside them, or through them
+                nearest = place if place - middle < middle - first else first
+                return nearest if abs(nearest - middle) <= (high - low) // 4 else middle
+        if abs(place - middle) <= slack:
+            return place
+        if place < middle:
+            first = place
+        else:
+            last = place
+    return middle
+
+
+@kernel
+def _halve(points: Any, depth: int) -> Any:
+    """Return the points in an order of halves of halves, and the leaf of each, counted from left to right.
+
+    ``points`` are put into that order, too.
+    """
+    n = points.shape[0]
+    ids = np.arange(n).astype(np.int32)
+    leaf = np.zeros(n, dtype=np.int32)
+    sample = np.zeros(_SAMPLE + 1)
+    stack = [(0, n, 0, 0)]
+    while len(stack) > 0:
+        low, high, level, path = stack.pop()
+        if level == depth or high - low < 2:
+            leaf[low:high] = path << (depth - level)
+            continue
+        middle = _cut(points, ids, low, high, sample)
+        stack.append((low, middle, level + 1, 2 * path))
+        stack.append((middle, high, level + 1, 2 * path + 1))
+    return ids, leaf
+
+
+@kernel
+def _renumbered(starts: Any, columns: Any, order: Any) -> Any:
+    """Return the graph with its vertices in another order."""
+    n = order.size
+    place = np.zeros(n, dtype=np.int32)
+    for i in range(n):
+        place[order[i]] = i
+    begin = np.zeros(n + 1, dtype=np.int32)
+    neighbours = np.zeros(columns.size, dtype=np.int32)
+    q = 0
+    for i in range(n):
+        for p in range(starts[order[i]], starts[order[i] + 1]):
+            neighbours[q] = place[columns[p]]
+            q += 1
+        begin[i + 1] = q
+    return begin, neighbours
+
+
+@kernel
+def _cutting(starts: Any, columns: Any, leaf: Any, depth: int) -> Any:
+    """Halvings that cut an edge of each vertex, as bits; the lowest bit is the last halving."""
+    highest = np.zeros(1 << depth, dtype=np.int32)
+    for apart in range(1, 1 << depth):
+        highest[apart] = max(1, 2 * highest[apart >> 1])
+    bits = np.zeros(leaf.size, dtype=np.int32)
+    for i in range(leaf.size):
+        cut = np.int32(0)
+        for p in range(starts[i], starts[i + 1]):
+            cut |= highest[leaf[i] ^ leaf[columns[p]]]
+        bits[i] = cut
+    return bits
+
+
+@kernel
+def _tree_nodes(graph: Any, leaf: Any, depth: int) -> Any:
+    """Node of the tree, numbered as in a heap, that each vertex belongs to: separators and leaves."""
+    starts, columns = graph
+    n = leaf.size
+    bits = _cutting(starts, columns, leaf, depth)
+    node = np.zeros(n, dtype=np.int32)
+    degree = np.zeros(n, dtype=np.int32)
+    edge = np.zeros(n + 1, dtype=np.int32)
+    stack = np.zeros(n, dtype=np.int32)
+    for bit in range(depth - 1, -1, -1):
+        count, own = 0, 0
+        for i in range(n):
+            if (bits[i] >> bit) & 1 == 0 or node[i] != 0:
+                continue
+            here = (1 << (depth - bit - 1)) + (leaf[i] >> (bit + 1))
+            if here != own:
+                _cover(starts, columns, leaf, bit, edge[:count], node, own, degree, stack)
+                count, own = 0, here
+            edge[count] = i
+            count += 1
+        _cover(starts, columns, leaf, bit, edge[:count], node, own, degree, stack)
+    for i in range(n):
+        if node[i] == 0:
+            node[i] = (1 << depth) + leaf[i]
+    return node
+
+
+@kernel
+def _cover(
+    starts: Any, columns: Any, leaf: Any, bit: int, edge: Any, node: Any, own: int, degree: Any, stack: Any
+) -> None:
+    """Put a small cover of the edges that a halving cuts into its node ``own``; they are those of ``edge``.
+
+    The neighbour of a vertex with one edge left is taken, again and again, then all that is left of the side
+    with fewer vertices. ``degree`` is zero before and after.
+    """
+    top = 0
+    for i in edge:
+        for p in range(starts[i], starts[i + 1]):
+            j = columns[p]
+            degree[i] += (leaf[i] ^ leaf[j]) >> bit == 1 and node[j] == 0
+        if degree[i] == 1:
+            stack[top] = i
+            top += 1
+    while top > 0:
+        top -= 1
+        i = stack[top]
+        if degree[i] != 1:
+            continue
+        j = i
+        for p in range(starts[i], starts[i + 1]):
+            if (leaf[i] ^ leaf[columns[p]]) >> bit == 1 and degree[columns[p]] > 0:
+                j = columns[p]
+        node[j] = own
+        degree[j] = 0
+        for p in range(starts[j], starts[j + 1]):
+            k = columns[p]
+            if (leaf[j] ^ leaf[k]) >> bit == 1 and degree[k] > 0:
+                degree[k] -= 1
+                if degree[k] == 1:
+                    stack[top] = k
+                    top += 1
+    right = 0
+    both = 0
+    for i in edge:
+        both += degree[i] > 0
+        right += degree[i] > 0 and (leaf[i] >> bit) & 1 == 1
+    side = 1 if 2 * right < both else 0
+    for i in edge:
+        if degree[i] > 0 and (leaf[i] >> bit) & 1 == side:
+            node[i] = own
+        degree[i] = 0
+
+
+@kernel
+def _postorder(node: Any, depth: int) -> Any:
+    """Return the vertices in postorder of the tree, and where each part begins that is not empty."""
+    total = 2 << depth
+    size = np.zeros(total, dtype=np.int32)
+    for i in range(node.size):
+        size[node[i]] += 1
+    begin = np.zeros(total, dtype=np.int32)
+    parts = np.zeros(total + 1, dtype=np.int32)
+    count, place = 0, 0
+    for leaf in range(1 << depth):
+        at = (1 << depth) + leaf
+        while True:  # up from a leaf as long as the right half was the last one
+            begin[at] = place
+            place += size[at]
+            parts[count + 1] = place
+            count += size[at] > 0
+            if at % 2 == 0 or at == 1:
+                break
+            at >>= 1
+    order = np.zeros(node.size, dtype=np.int32)
+    for i in range(node.size):
+        order[begin[node[i]]] = i
+        begin[node[i]] += 1
+    return order, parts[: count + 1].copy()
