@@ -2,13 +2,27 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cadskin.errors import DeviationError
+from cadskin._arrays import frozen
+from cadskin.errors import DeviationError, GeometryError
 
-__all__ = ["direction_of", "finite", "owner_name", "positive", "vector_of"]
+if TYPE_CHECKING:
+    from cadskin._typing import Floats
+
+__all__ = [
+    "array_of",
+    "direction_of",
+    "finite",
+    "number_of",
+    "owner_name",
+    "positive",
+    "truth",
+    "vector_of",
+    "whole",
+]
 
 
 def owner_name(owner: object) -> str:
@@ -16,7 +30,10 @@ def owner_name(owner: object) -> str:
     return owner if isinstance(owner, str) else type(owner).__name__
 
 
-def _number(value: Any, what: str, owner: object) -> float:
+def number_of(value: Any, what: str, owner: object) -> float:
+    """Return ``value`` as a float, which may be infinite or NaN; refuse what is no number."""
+    if isinstance(value, (bool, np.bool_, str, bytes)) or np.ndim(value):
+        raise DeviationError(f"{owner_name(owner)}: {what} must be a number, got {value!r}")
     try:
         number = float(value)
     except (TypeError, ValueError) as error:
@@ -26,7 +43,7 @@ def _number(value: Any, what: str, owner: object) -> float:
 
 def finite(value: Any, what: str, unit: str, owner: object) -> float:
     """Return ``value`` as a float; refuse NaN, infinity and what is no number."""
-    number = _number(value, what, owner)
+    number = number_of(value, what, owner)
     if not np.isfinite(number):
         raise DeviationError(f"{owner_name(owner)}: {what} must be finite, got {number} {unit}".rstrip())
     return number
@@ -42,9 +59,43 @@ def positive(value: Any, what: str, unit: str, owner: object) -> float:
     return number
 
 
+def whole(value: Any, what: str, least: int, owner: object) -> int:
+    """Return ``value`` as an int; refuse fractions and what is below ``least``."""
+    number = finite(value, what, "", owner)
+    if number != int(number) or number < least:
+        raise DeviationError(
+            f"{owner_name(owner)}: {what} must be a whole number of {least} or more, got {number:.12g}"
+        )
+    return int(number)
+
+
+def truth(value: Any, what: str, owner: object) -> bool:
+    """Return ``value`` as a bool; refuse everything but true and false."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise DeviationError(f"{owner_name(owner)}: {what} must be true or false, got {value!r}")
+    return bool(value)
+
+
+def array_of(
+    value: Any, shape: tuple[int | None, ...], what: str, owner: object, *, finite: bool = True
+) -> Floats:
+    """Return ``value`` as a read-only array of a shape, None for any length; refuse what is not numbers."""
+    name = f"{owner_name(owner)}: {what}"
+    try:
+        given = np.asarray(value)
+    except ValueError as error:
+        raise DeviationError(f"{name} must be an array of numbers: {error}") from error
+    if given.dtype.kind not in "iuf":
+        raise DeviationError(f"{name} must be an array of numbers, got {given.dtype} {str(value)[:40]}")
+    try:
+        return frozen(given, shape=shape, name=name, finite=finite)
+    except GeometryError as error:
+        raise DeviationError(str(error)) from error
+
+
 def vector_of(value: Any, what: str, unit: str, owner: object) -> tuple[float, float, float]:
     """Return ``value`` as three floats; refuse everything but three finite numbers."""
-    if np.shape(value) != (3,):
+    if not isinstance(value, (tuple, list, np.ndarray)) or len(value) != 3:
         raise DeviationError(f"{owner_name(owner)}: {what} must be three numbers, got {value!r}")
     x, y, z = (finite(component, what, unit, owner) for component in value)
     return x, y, z

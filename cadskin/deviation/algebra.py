@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from cadskin.deviation._parameters import finite
 from cadskin.deviation.base import DeviationModel
 from cadskin.deviation.registry import register
 from cadskin.deviation.samplers import BLOCK, FixedSampler, Sampler, child_sequence
@@ -19,7 +20,13 @@ if TYPE_CHECKING:
     from cadskin._typing import Bools, Floats
     from cadskin.shape import Feature, NominalModel
 
-__all__ = ["RestrictedModel", "ScaledModel", "SumModel", "added"]
+__all__ = ["RestrictedModel", "ScaledModel", "SumModel", "added", "check_model"]
+
+
+def check_model(model: Any, owner: object) -> None:
+    """Refuse what is no deviation model."""
+    if not isinstance(model, DeviationModel):
+        raise DeviationError(f"{type(owner).__name__}: model must be a deviation model, got {model!r}")
 
 
 def added(left: DeviationModel, right: DeviationModel) -> SumModel:
@@ -37,9 +44,10 @@ class SumModel(DeviationModel):
 
     def __post_init__(self) -> None:
         """Check the terms."""
-        object.__setattr__(self, "terms", tuple(self.terms))
-        if not self.terms or not all(isinstance(term, DeviationModel) for term in self.terms):
-            raise DeviationError("a sum needs at least one deviation model")
+        terms = tuple(self.terms) if isinstance(self.terms, (tuple, list)) else (self.terms,)
+        object.__setattr__(self, "terms", terms)
+        if not terms or not all(isinstance(term, DeviationModel) for term in terms):
+            raise DeviationError(f"SumModel: terms must be deviation models, one or more, got {self.terms!r}")
 
     def prepare(self, nominal: NominalModel, features: Sequence[Feature] | None = None) -> Sampler:
         """Prepare every term."""
@@ -90,8 +98,8 @@ class ScaledModel(DeviationModel):
 
     def __post_init__(self) -> None:
         """Check the factor."""
-        if not np.isfinite(self.factor):
-            raise DeviationError(f"the factor of a deviation model must be finite, got {self.factor}")
+        object.__setattr__(self, "factor", finite(self.factor, "factor", "", self))
+        check_model(self.model, self)
 
     def prepare(self, nominal: NominalModel, features: Sequence[Feature] | None = None) -> Sampler:
         """Prepare the model that is scaled."""
@@ -131,6 +139,9 @@ class RestrictedModel(DeviationModel):
 
     def __post_init__(self) -> None:
         """Make tuples of lists, so that a model from a file equals the one that was written."""
+        check_model(self.model, self)
+        if not isinstance(self.filters, Mapping):
+            raise DeviationError(f"RestrictedModel: filters must be a table, got {self.filters!r}")
         tidy = {key: tuple(item) if isinstance(item, list) else item for key, item in self.filters.items()}
         object.__setattr__(self, "filters", tidy)
         if isinstance(self.ref, list):

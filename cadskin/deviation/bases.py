@@ -30,13 +30,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.polynomial import chebyshev, legendre
 from scipy.special import eval_jacobi, gammaln, lpmv
 
 from cadskin.deviation._parameters import finite
+from cadskin.deviation._shares import needs_numbers, number_or_share
 from cadskin.deviation._tangent import form_sampler
 from cadskin.deviation.base import MM, DeviationModel
 from cadskin.deviation.coordinates import around, surface_coordinates
@@ -174,20 +175,23 @@ class BasisForm(DeviationModel):
 
     name: ClassVar[str] = "basis"
     basis: str
-    coefficients: Mapping[str, float] = field(metadata=MM)
+    coefficients: Mapping[str, Any] = field(metadata=MM)
 
     def __post_init__(self) -> None:
         """Check the indices."""
         if self.basis not in BASES:
             raise DeviationError(f"BasisForm: basis must be one of {', '.join(BASES)}, got {self.basis!r}")
+        if not isinstance(self.coefficients, Mapping):
+            raise DeviationError(f"BasisForm: coefficients must be a table, got {self.coefficients!r}")
         checked = {}
         for key, value in self.coefficients.items():
             _indices(key)
-            checked[key] = finite(value, f"coefficient {key}", "mm", self)
+            checked[key] = number_or_share(value, "coefficients", self, finite)
         object.__setattr__(self, "coefficients", checked)
 
     def prepare(self, nominal: NominalModel, features: Sequence[Feature] | None = None) -> Sampler:
         """Sum the functions on every feature."""
+        needs_numbers(self)
         return form_sampler(nominal, features, self._on)
 
     def _on(self, feature: Feature) -> Floats:

@@ -11,7 +11,7 @@ distribution of points in a cube and the approximate evaluation of integrals, US
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -67,8 +67,8 @@ def parameter_design(
     model : DeviationModel
     distributions : mapping of str to frozen distribution
         Path of a parameter to what it is drawn from, an object with ``ppf`` as `scipy.stats` makes them. A
-        path goes through composed models by the names of their parameters and numbers in tuples:
-        ``"sigma"``, ``"terms.0.model.amplitude"``.
+        path goes through composed models by the names of their parameters, numbers in lists and arrays and
+        keys of tables: ``"sigma"``, ``"terms.0.model.amplitude"``, ``"coefficients.3,0"``.
     size : int
         Number of runs; for ``sobol`` best a power of two.
     method : str
@@ -89,14 +89,20 @@ def parameter_design(
     >>> len(design), bool((design.values >= 5).all())
     (8, True)
     """
-    if size < 1:
-        raise DeviationError(f"a design needs one run or more, got {size}")
+    if size != int(size) or size < 1:
+        raise DeviationError(f"a design needs one run or more, a whole number, got {size}")
     if method not in METHODS:
         raise DeviationError(f"the method of a design must be one of {', '.join(METHODS)}, got {method!r}")
     names = tuple(distributions)
     if not names:
         raise DeviationError("a design needs the distribution of one parameter or more")
     unit = _unit_points(method, len(names), size, np.random.default_rng(seed_sequence(rng)))
+    for name in names:
+        if not callable(getattr(distributions[name], "ppf", None)):
+            raise DeviationError(
+                f"the distribution of {name!r} must have a method ppf, like scipy.stats.norm(1, 0.1); "
+                f"got {distributions[name]!r}"
+            )
     columns = [distributions[name].ppf(unit[:, k]) for k, name in enumerate(names)]
     values = frozen(np.stack(columns, axis=1), shape=(None, None), name="values of the design")
     models = []
@@ -134,20 +140,27 @@ def with_parameter(model: DeviationModel, path: str, value: Any) -> DeviationMod
     return changed
 
 
+def _entries(place: Any) -> list[str]:
+    """Names of what is inside of a model, a list or a table."""
+    if isinstance(place, tuple) or (isinstance(place, np.ndarray) and place.ndim):
+        return [str(k) for k in range(len(place))]
+    if isinstance(place, Mapping):
+        return [str(key) for key in place]
+    return [item.name for item in fields(place)] if is_dataclass(place) else []
+
+
 def _replaced(place: Any, steps: list[str], value: Any, path: str) -> Any:
     if not steps:
         return value
     step, rest = steps[0], steps[1:]
-    if isinstance(place, tuple):
-        known = [str(k) for k in range(len(place))]
-    elif isinstance(place, Mapping):
-        known = [str(key) for key in place]
-    else:
-        known = [item.name for item in fields(place)] if hasattr(place, "__dataclass_fields__") else []
+    known = _entries(place)
     if step not in known:
-        raise DeviationError(
-            f"the path {path!r} leads nowhere at {step!r}; there is {', '.join(known) or 'a number'}"
-        )
+        inside = ", ".join(known[:20]) or ("nothing yet" if place is None else "a number")
+        raise DeviationError(f"the path {path!r} leads nowhere at {step!r}; there is {inside}")
+    if isinstance(place, np.ndarray):
+        changed = place.copy()
+        changed[int(step)] = _replaced(place[int(step)], rest, value, path)
+        return changed
     if isinstance(place, tuple):
         k = int(step)
         return (*place[:k], _replaced(place[k], rest, value, path), *place[k + 1 :])

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from cadskin._arrays import frozen
 from cadskin.deviation._linear import LinearSampler
-from cadskin.deviation._parameters import positive
+from cadskin.deviation._parameters import array_of, positive, vector_of
 from cadskin.deviation._patch_fields import SampledPlaces
 from cadskin.deviation._patches import PatchPoints, patch_points
 from cadskin.deviation._routes import METHODS, METRICS, make_field, make_graded_field
@@ -190,7 +189,7 @@ def _checked_sigma(sigma: Any, owner: object) -> Any:
         return sigma
     if np.ndim(sigma) == 0:
         return number_or_share(sigma, "sigma", owner)
-    values = frozen(sigma, shape=(None,), name="GaussianField: sigma")
+    values = array_of(sigma, (None,), "sigma", "GaussianField")
     if (values < 0).any() or not (values > 0).any():
         raise DeviationError("GaussianField: sigma must be 0 or more everywhere and more than 0 somewhere")
     return values
@@ -201,19 +200,19 @@ def _checked_length(length: Any, owner: object) -> Any:
         return length
     if np.ndim(length) == 0:
         return positive(length, "length", "mm", owner)
-    values = frozen(length, shape=(None,), name="GaussianField: length")
+    values = array_of(length, (None,), "length", "GaussianField")
     if not (values > 0).all():
         raise DeviationError(f"GaussianField: length must be greater than 0, got {values.min():.6g} mm")
     return values
 
 
 def _checked_direction(direction: Any) -> tuple[float, float, float]:
-    values = np.asarray(direction, dtype=np.float64)
-    if values.shape != (3,) or not np.isfinite(values).all() or not values.any():
+    values = vector_of(direction, "direction", "", "GaussianField")
+    if not any(values):
         raise DeviationError(
             f"GaussianField: direction must be three numbers, not all zero, got {direction!r}"
         )
-    return float(values[0]), float(values[1]), float(values[2])
+    return values
 
 
 def _sigma_of_samples(sigma: float | Floats | Callable[..., Any], nominal: NominalModel) -> Floats:

@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from cadskin._arrays import frozen
 from cadskin.deviation._gibbs_kernels import colours, sweep, truncated_sweep
 from cadskin.deviation._linear import COLUMNS
-from cadskin.deviation._parameters import positive
+from cadskin.deviation._parameters import array_of, finite, number_of, positive, whole
 from cadskin.deviation._patches import PatchPoints, patch_points
 from cadskin.deviation._philox import fill_page, padded_count, stream_of
 from cadskin.deviation._shares import needs_numbers, number_or_share
@@ -96,17 +95,20 @@ class Gibbs(DeviationModel):
         """Check the parameters."""
         object.__setattr__(self, "sigma", number_or_share(self.sigma, "sigma", self))
         object.__setattr__(self, "length", positive(self.length, "length", "mm", self))
-        object.__setattr__(self, "sweeps", int(positive(self.sweeps, "sweeps", "", self)))
+        object.__setattr__(self, "sweeps", whole(self.sweeps, "sweeps", 1, self))
+        object.__setattr__(self, "start", finite(self.start, "start", "sigma", self))
         if self.order not in ("sequential", "chromatic"):
             raise DeviationError(f"Gibbs: order must be sequential or chromatic, got {self.order!r}")
         for key in ("lower", "upper"):
             value = getattr(self, key)
-            if value is None:
-                continue
-            if np.isnan(np.asarray(value, dtype=np.float64)).any():
-                raise DeviationError(f"Gibbs: {key} holds NaN")
-            limit = frozen(value, shape=(None,), finite=False) if np.ndim(value) else float(value)
-            object.__setattr__(self, key, limit)
+            if value is not None:
+                one = np.ndim(value) == 0
+                limit = (
+                    number_of(value, key, self) if one else array_of(value, (None,), key, self, finite=False)
+                )
+                if np.isnan(limit).any():
+                    raise DeviationError(f"Gibbs: {key} holds NaN")
+                object.__setattr__(self, key, limit)
 
     def prepare(self, nominal: NominalModel, features: Sequence[Feature] | None = None) -> GibbsSampler:
         """Build the precision matrices and run trial chains."""

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from cadskin._arrays import frozen
-from cadskin.deviation._parameters import finite
+from cadskin.deviation._parameters import array_of, finite
 from cadskin.deviation._tangent import form_sampler
 from cadskin.deviation.base import MM, DeviationModel
 from cadskin.deviation.registry import register
@@ -87,7 +86,7 @@ class FromArray(DeviationModel):
     def __post_init__(self) -> None:
         """Check and freeze."""
         shape = (None,) if np.ndim(self.values) == 1 else (None, None)
-        object.__setattr__(self, "values", frozen(self.values, shape=shape, name="FromArray: values"))
+        object.__setattr__(self, "values", array_of(self.values, shape, "values", self))
         if not self.values.size:
             raise DeviationError("FromArray: values is empty")
 
@@ -135,7 +134,7 @@ class FromFE(DeviationModel):
 
     def __post_init__(self) -> None:
         """Check and freeze."""
-        checked = frozen(self.displacements, shape=(None, 3), name="FromFE: displacements")
+        checked = array_of(self.displacements, (None, 3), "displacements", self)
         object.__setattr__(self, "displacements", checked)
 
     def prepare(self, nominal: NominalModel, features: Sequence[Feature] | None = None) -> Sampler:

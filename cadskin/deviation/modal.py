@@ -16,7 +16,8 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from cadskin.deviation._eigenpairs import lowest_modes
-from cadskin.deviation._parameters import finite, positive
+from cadskin.deviation._mode_sum import ModeSum
+from cadskin.deviation._parameters import finite, positive, whole
 from cadskin.deviation._patch_fields import FactorField, LowRankField
 from cadskin.deviation._patches import PatchPoints, patch_points
 from cadskin.deviation._shares import needs_numbers, number_or_share
@@ -24,7 +25,6 @@ from cadskin.deviation.base import MM, DeviationModel
 from cadskin.deviation.field import PatchwiseSampler
 from cadskin.deviation.kernels import kernel_code
 from cadskin.deviation.registry import register
-from cadskin.deviation.samplers import FixedSampler
 from cadskin.errors import DeviationError
 from cadskin.shape.operators import boundary_edges, cotangent_laplacian, lumped_mass
 
@@ -78,10 +78,11 @@ class KarhunenLoeve(DeviationModel):
         object.__setattr__(self, "sigma", number_or_share(self.sigma, "sigma", self))
         object.__setattr__(self, "length", positive(self.length, "length", "mm", self))
         kernel_code(self.kernel)
-        if not 0 < finite(self.energy, "energy", "", self) <= 1:
+        object.__setattr__(self, "energy", finite(self.energy, "energy", "", self))
+        if not 0 < self.energy <= 1:
             raise DeviationError(f"KarhunenLoeve: energy must be over 0 and at most 1, got {self.energy}")
-        if self.count is not None and int(self.count) < 1:
-            raise DeviationError(f"KarhunenLoeve: count must be 1 or more, got {self.count}")
+        if self.count is not None:
+            object.__setattr__(self, "count", whole(self.count, "count", 1, self))
 
     def prepare(self, nominal: NominalModel, features: Sequence[Feature] | None = None) -> Sampler:
         """Find the modes of each smooth patch."""
@@ -102,7 +103,7 @@ class KarhunenLoeve(DeviationModel):
         count = (
             int(np.searchsorted(kept, self.energy * kept[-1] * (1 - 1e-12))) + 1
             if self.count is None
-            else min(int(self.count), len(order))
+            else min(self.count, len(order))
         )
         modes = rotation[:, order[:count]].T @ full
         modes *= np.sign(modes[np.arange(count), np.abs(modes).argmax(axis=1)])[:, None]
@@ -113,7 +114,7 @@ class KarhunenLoeve(DeviationModel):
 
 @register
 @dataclass(frozen=True, eq=False, repr=False)
-class Modes(DeviationModel):
+class Modes(ModeSum):
     """A sum of eigenfunctions of the Laplace-Beltrami operator of each smooth patch, lowest first.
 
     Each mode has mean square one over the area, so that an amplitude is a root mean square in mm. The
@@ -122,7 +123,7 @@ class Modes(DeviationModel):
     Parameters
     ----------
     amplitudes : sequence of float
-        [mm], one per mode from ``first`` on.
+        [mm], or shares of a tolerance; one per mode from ``first`` on.
     first : int
         Number of the first mode.
     random : bool
@@ -137,35 +138,13 @@ class Modes(DeviationModel):
     """
 
     name: ClassVar[str] = "modes"
-    amplitudes: tuple[float, ...] = field(metadata=MM)
-    first: int = 0
-    random: bool = False
-    edges: str = "free"
+    EDGES: ClassVar[tuple[str, ...]] = ("free", "fixed")
 
-    def __post_init__(self) -> None:
-        """Check the parameters."""
-        checked = tuple(finite(value, "amplitude", "mm", self) for value in self.amplitudes)
-        object.__setattr__(self, "amplitudes", checked)
-        if not checked or int(self.first) < 0:
-            raise DeviationError("Modes: give at least one amplitude, and first = 0 or more")
-        if self.edges not in ("free", "fixed"):
-            raise DeviationError(f"Modes: edges must be free or fixed, got {self.edges!r}")
-
-    def prepare(self, nominal: NominalModel, features: Sequence[Feature] | None = None) -> Sampler:
+    def modes(self, patch: PatchPoints, count: int) -> tuple[Floats, str]:
         """Find the eigenfunctions."""
-        patches = patch_points(nominal, features)
-        wanted = self.first + len(self.amplitudes)
-        factors = []
-        for patch in patches:
-            values, functions = laplacian_modes(patch.points, patch.triangles, wanted, edges=self.edges)
-            factor = functions[self.first :] * np.array(self.amplitudes)[:, None]
-            wavelength = 2 * np.pi / np.sqrt(max(float(values[-1]), 1e-300))
-            note = f"modes {self.first} to {wanted - 1}, shortest wavelength {wavelength:.4g} mm"
-            factors.append(FactorField(factor.T, note))
-        sampler = PatchwiseSampler(patches, factors, np.ones(nominal.n_samples))
-        if self.random:
-            return sampler
-        return FixedSampler(sampler.transform(np.ones((1, sampler.latent)))[0], sampler.notes)
+        values, functions = laplacian_modes(patch.points, patch.triangles, count, edges=self.edges)
+        wavelength = 2 * np.pi / np.sqrt(max(float(values[-1]), 1e-300))
+        return functions, f"modes {self.first} to {count - 1}, shortest wavelength {wavelength:.4g} mm"
 
 
 def laplacian_modes(

@@ -10,6 +10,8 @@ import numpy as np
 import scipy.stats
 from scipy.stats.distributions import rv_frozen
 
+from cadskin.deviation._parameters import finite
+from cadskin.deviation.algebra import check_model
 from cadskin.deviation.base import DeviationModel
 from cadskin.deviation.registry import register
 from cadskin.deviation.samplers import Sampler, child_sequence
@@ -64,9 +66,11 @@ class Randomised(DeviationModel):
             name, arguments = _parts(self.distribution)
             object.__setattr__(self, "distribution", name)
             object.__setattr__(self, "arguments", arguments)
-        object.__setattr__(self, "arguments", tuple(float(value) for value in self.arguments))
-        if not isinstance(self.model, DeviationModel):
-            raise DeviationError(f"Randomised: model must be a deviation model, got {self.model!r}")
+        if not isinstance(self.arguments, (tuple, list, np.ndarray)):
+            raise DeviationError(f"Randomised: arguments must be numbers in a list, got {self.arguments!r}")
+        arguments = tuple(finite(value, "arguments", "", self) for value in self.arguments)
+        object.__setattr__(self, "arguments", arguments)
+        check_model(self.model, self)
         quantiles = self._quantile(np.array([0.25, 0.75]))
         if not np.isfinite(quantiles).all():
             raise DeviationError(

@@ -175,18 +175,19 @@ class SizeOffset(DeviationModel):
     Parameters
     ----------
     offset : float
-        [mm]; on a cylinder the diameter changes by twice that.
+        [mm], or a share of a tolerance; on a cylinder the diameter changes by twice that.
     """
 
     name: ClassVar[str] = "size"
-    offset: float = field(metadata=MM)
+    offset: Any = field(metadata=MM)
 
     def __post_init__(self) -> None:
         """Check the offset."""
-        object.__setattr__(self, "offset", finite(self.offset, "offset", "mm", self))
+        object.__setattr__(self, "offset", number_or_share(self.offset, "offset", self, finite))
 
     def prepare(self, nominal: NominalModel, features: Sequence[Feature] | None = None) -> Sampler:
         """Return the offset everywhere."""
+        needs_numbers(self)
         del features
         return FixedSampler(np.full(nominal.n_samples, self.offset))
 

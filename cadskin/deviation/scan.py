@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from scipy.spatial import cKDTree
 
-from cadskin._arrays import frozen
 from cadskin._jit import kernel
-from cadskin.deviation._parameters import positive
+from cadskin.deviation._parameters import array_of, positive, whole
 from cadskin.deviation._point_cells import cell_bounds, find_cell, point_cells
 from cadskin.deviation._tangent import form_sampler
 from cadskin.deviation.base import MM, DeviationModel
@@ -68,10 +67,9 @@ class FromScan(DeviationModel):
 
     def __post_init__(self) -> None:
         """Check the points."""
-        object.__setattr__(self, "points", frozen(self.points, shape=(None, 3), name="FromScan: points"))
+        object.__setattr__(self, "points", array_of(self.points, (None, 3), "points", self))
         object.__setattr__(self, "reach", positive(self.reach, "reach", "mm", self))
-        if int(self.neighbours) != self.neighbours or self.neighbours < 8:
-            raise DeviationError(f"FromScan: neighbours must be 8 or more, got {self.neighbours}")
+        object.__setattr__(self, "neighbours", whole(self.neighbours, "neighbours", 8, self))
         if len(self.points) < self.neighbours:
             raise DeviationError(
                 f"FromScan: {len(self.points)} points, at least {self.neighbours} are needed"
@@ -94,7 +92,7 @@ class FromScan(DeviationModel):
             np.ascontiguousarray(feature.normals),
             (cloud.points, cloud.grid, cloud.counts, cloud.starts, cloud.keys, cloud.cells),
             np.array([self.reach, radius]),
-            int(self.neighbours),
+            self.neighbours,
             values,
             covered,
         )

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from cadskin._arrays import frozen
 from cadskin.deviation._linear import NodewiseSampler, weighted_sums
-from cadskin.deviation._parameters import finite, positive
+from cadskin.deviation._parameters import array_of, finite, positive, whole
 from cadskin.deviation._shares import needs_numbers, number_or_share
 from cadskin.deviation._tangent import form_sampler
 from cadskin.deviation.algebra import SumModel
@@ -102,8 +101,7 @@ class Lobing(DeviationModel):
     def __post_init__(self) -> None:
         """Check the parameters."""
         object.__setattr__(self, "amplitude", number_or_share(self.amplitude, "amplitude", self, finite))
-        if int(self.lobes) != self.lobes or self.lobes < 1:
-            raise DeviationError(f"Lobing: lobes must be a whole number of 1 or more, got {self.lobes}")
+        object.__setattr__(self, "lobes", whole(self.lobes, "lobes", 1, self))
 
     def prepare(self, nominal: NominalModel, features: Sequence[Feature] | None = None) -> Sampler:
         """Evaluate the harmonic on every feature."""
@@ -153,8 +151,8 @@ class FromSpectrum(DeviationModel):
 
     def __post_init__(self) -> None:
         """Check the spectrum."""
-        frequencies = frozen(self.frequencies, shape=(None,), name="FromSpectrum: frequencies")
-        psd = frozen(self.psd, shape=(len(frequencies),), name="FromSpectrum: psd")
+        frequencies = array_of(self.frequencies, (None,), "frequencies", self)
+        psd = array_of(self.psd, (len(frequencies),), "psd", self)
         if len(frequencies) < 2 or frequencies[0] <= 0 or (np.diff(frequencies) <= 0).any():
             raise DeviationError("FromSpectrum: frequencies must be positive and increasing, two or more")
         if (psd < 0).any() or not psd.any():
@@ -307,7 +305,8 @@ class Fractal(DeviationModel):
         object.__setattr__(self, "sigma", number_or_share(self.sigma, "sigma", self))
         for key in ("longest", "shortest"):
             object.__setattr__(self, key, positive(getattr(self, key), key, "mm", self))
-        if not 0 < finite(self.hurst, "hurst", "", self) < 1:
+        object.__setattr__(self, "hurst", finite(self.hurst, "hurst", "", self))
+        if not 0 < self.hurst < 1:
             raise DeviationError(f"Fractal: hurst must be over 0 and below 1, got {self.hurst}")
         if self.shortest > self.longest:
             raise DeviationError(

@@ -8,23 +8,20 @@ doi:10.1115/1.2424247.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from cadskin.deviation._eigenpairs import lowest_modes
+from cadskin.deviation._mode_sum import ModeSum
 from cadskin.deviation._parameters import finite, positive
-from cadskin.deviation._patch_fields import FactorField
-from cadskin.deviation._patches import PatchPoints, patch_points
+from cadskin.deviation._patches import PatchPoints
 from cadskin.deviation._shell import plate_stiffness, shell_stiffness
-from cadskin.deviation.base import MM, DeviationModel
+from cadskin.deviation.base import MM
 from cadskin.deviation.coordinates import area_frame
-from cadskin.deviation.field import PatchwiseSampler
 from cadskin.deviation.modal import upright
 from cadskin.deviation.registry import register
-from cadskin.deviation.samplers import FixedSampler
 from cadskin.errors import DeviationError
 from cadskin.shape.operators import boundary_edges, lumped_mass
 
@@ -32,12 +29,9 @@ if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
     from cadskin._typing import Floats, Ints
-    from cadskin.deviation.samplers import Sampler
-    from cadskin.shape import Feature, NominalModel
 
 __all__ = ["VibrationModes", "plate_modes", "shell_modes"]
 
-EDGES = ("free", "supported", "fixed")
 _UNKNOWNS = 200_000  # three per vertex of a plate, six of a shell
 _NORMAL_SHARE = 1e-3  # of the kinetic energy: below it a mode moves the surface within itself and is no form
 _ROTARY = 1e-8  # rotary inertia of a plate, times mass and area: that of a very thin one
@@ -45,7 +39,7 @@ _ROTARY = 1e-8  # rotary inertia of a plate, times mass and area: that of a very
 
 @register
 @dataclass(frozen=True, eq=False, repr=False)
-class VibrationModes(DeviationModel):
+class VibrationModes(ModeSum):
     """A sum of natural vibration modes of each smooth patch, as a thin plate (flat) or shell (curved).
 
     Each mode has mean square one over the area, so that an amplitude is a root mean square in mm. Free edges:
@@ -55,7 +49,7 @@ class VibrationModes(DeviationModel):
     Parameters
     ----------
     amplitudes : sequence of float
-        [mm], one per mode from ``first`` on.
+        [mm], or shares of a tolerance; one per mode from ``first`` on.
     first : int
         Number of the first mode.
     random : bool
@@ -81,38 +75,22 @@ class VibrationModes(DeviationModel):
     """
 
     name: ClassVar[str] = "vibration"
-    amplitudes: tuple[float, ...] = field(metadata=MM)
-    first: int = 0
-    random: bool = False
-    edges: str = "free"
+    EDGES: ClassVar[tuple[str, ...]] = ("free", "supported", "fixed")
     thickness: float | None = field(default=None, metadata=MM)
     poisson: float = 0.3
 
     def __post_init__(self) -> None:
         """Check the parameters."""
-        checked = tuple(finite(value, "amplitude", "mm", self) for value in self.amplitudes)
-        object.__setattr__(self, "amplitudes", checked)
-        if not checked or int(self.first) < 0:
-            raise DeviationError("VibrationModes: give at least one amplitude, and first = 0 or more")
-        if self.edges not in EDGES:
-            raise DeviationError(f"VibrationModes: edges must be {', '.join(EDGES)}, got {self.edges!r}")
+        super().__post_init__()
         if self.thickness is not None:
             object.__setattr__(self, "thickness", positive(self.thickness, "thickness", "mm", self))
-        if not -1 < finite(self.poisson, "poisson", "", self) <= 0.5:
+        object.__setattr__(self, "poisson", finite(self.poisson, "poisson", "", self))
+        if not -1 < self.poisson <= 0.5:
             raise DeviationError(f"VibrationModes: poisson must be over -1 and up to 0.5: {self.poisson}")
 
-    def prepare(self, nominal: NominalModel, features: Sequence[Feature] | None = None) -> Sampler:
-        """Find the modes of each patch."""
-        patches = patch_points(nominal, features)
-        wanted = self.first + len(self.amplitudes)
-        factors = []
-        for patch in patches:
-            modes = self._modes(patch, wanted)[self.first :] * np.array(self.amplitudes)[:, None]
-            factors.append(FactorField(modes.T, f"vibration modes {self.first} to {wanted - 1}"))
-        sampler = PatchwiseSampler(patches, factors, np.ones(nominal.n_samples))
-        if self.random:
-            return sampler
-        return FixedSampler(sampler.transform(np.ones((1, sampler.latent)))[0], sampler.notes)
+    def modes(self, patch: PatchPoints, count: int) -> tuple[Floats, str]:
+        """Find the modes of a plate or a shell."""
+        return self._modes(patch, count), f"vibration modes {self.first} to {count - 1}"
 
     def _modes(self, patch: PatchPoints, count: int) -> Floats:
         if patch.flat:
