@@ -272,7 +272,8 @@ class _ProfileSampler(NodewiseSampler):
 class Fractal(DeviationModel):
     """A self-affine surface between two lengths: a sum of Gaussian fields, an octave apart, sigma_k ~ l_k^H.
 
-    Its structure function grows like d^(2 H) between the two lengths.
+    Its structure function grows like d^(2 H) between the two lengths; within a factor of three from the ends
+    it is steeper (short) and flatter (long). Of octaves of one smooth kernel the exponent is met within 0.2.
 
     Parameters
     ----------

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import scipy.stats
 from surfaces import ball, covariance_at, covariance_of, plane, tube
 
 from cadskin.deviation import Fractal, FromSpectrum, GaussianField, KarhunenLoeve, Modes, Waviness, from_dict
@@ -120,6 +121,94 @@ def test_fractal_has_its_exponent():
     structure = [np.mean([2 - 2 * covariance[i, i + lag] for i in range(len(row) - lag)]) for lag in lags]
     slope = np.polyfit(np.log(lags), np.log(structure), 1)[0]
     assert slope == pytest.approx(1.2, abs=0.15)
+
+
+def line_of(part, y):
+    """Samples along x at a height y, and their step [mm]."""
+    points = part.surface.points[part.samples.vertex_ids]
+    row = np.flatnonzero(np.abs(points[:, 1] - y) < 1e-9)
+    row = row[np.argsort(points[row, 0])]
+    return row, float(points[row[1], 0] - points[row[0], 0])
+
+
+def structure_slopes(profiles, lags, batches):
+    """Slope of log E (z(s + d) - z(s))² over log d, of each batch of profiles."""
+    return np.array(
+        [
+            np.polyfit(np.log(lags), np.log([np.mean((z[:, lag:] - z[:, :-lag]) ** 2) for lag in lags]), 1)[0]
+            for z in np.array_split(profiles, batches)
+        ]
+    )
+
+
+@pytest.mark.parametrize("hurst", [0.3, 0.5, 0.8])
+def test_self_affine_profiles_have_their_exponent(hurst):
+    """Structure function of drawn profiles against its integral; false alarm 1e-4 by Student's t."""
+    part = plane((128.0, 8.0), h=0.5, jitter=0.0)
+    model = FromSpectrum.self_affine(0.01, hurst, longest=2000, shortest=1)
+    row, step = line_of(part, 4.0)
+    lags = np.array([6, 8, 12, 16, 24, 32])
+    slopes = structure_slopes(model.sample(part, size=1200, rng=11)[:, row], lags, 40)
+    f = np.geomspace(1 / 2000, 1, 200_001)
+    psd = f ** -(1 + 2 * hurst)
+    theory = [np.trapezoid(psd * (1 - np.cos(2 * np.pi * f * d * step)), f) for d in lags]
+    expected = np.polyfit(np.log(lags), np.log(theory), 1)[0]
+    assert expected == pytest.approx(2 * hurst, abs=0.2)  # the band has ends: 3 and 16 mm in 1 to 2000 mm
+    error = slopes.std(ddof=1) / np.sqrt(40)
+    assert abs(slopes.mean() - expected) < scipy.stats.t(39).ppf(1 - 0.5e-4) * error + 0.01
+    assert error < 0.05
+    assert model.variance == pytest.approx(1e-4, rel=1e-12)
+
+
+def test_measured_spectrum_has_the_slope_of_the_law():
+    """Periodogram at the harmonics of the face: -(1 + 2 H) within 4 standard errors (false alarm 6e-5)."""
+    part = plane((64.0, 4.0), h=0.5, jitter=0.0)
+    row, _ = line_of(part, 2.0)
+    harmonics = np.arange(2, 41)
+    frequencies = harmonics / 64.0
+    model = FromSpectrum(frequencies, 1e-5 * frequencies ** -(1 + 2 * 0.7))
+    drawn = model.sample(part, size=1000, rng=4)[:, row[:-1]]  # one period
+    power = np.mean(np.abs(np.fft.rfft(drawn, axis=1)[:, harmonics]) ** 2, axis=0)
+    design = np.stack([np.ones(len(harmonics) - 2), np.log(frequencies[1:-1])], axis=1)  # full weights inside
+    slope = np.linalg.lstsq(design, np.log(power[1:-1]))[0][1]
+    error = np.sqrt(np.linalg.inv(design.T @ design)[1, 1] / 1000)  # log of the mean of 1000 exponentials
+    assert abs(slope + 2.4) < 4 * error
+    assert error < 0.01
+
+
+@pytest.mark.parametrize("hurst", [0.4, 0.8])
+def test_measured_fractals_have_their_exponent(hurst):
+    """Drawn fields against the structure function of the octaves' kernels; false alarm 1e-4."""
+    part = plane((96.0, 8.0), h=1.0, jitter=0.0)
+    row, step = line_of(part, 4.0)
+    model = Fractal(0.01, hurst, longest=128, shortest=4)
+    lags = np.array([12, 16, 24, 32])
+    slopes = structure_slopes(model.sample(part, size=1200, rng=8)[:, row], lags, 40)
+    octaves = [(term.sigma, term.length) for term in model.octaves().terms]
+    theory = [
+        sum(s**2 * (1 - np.exp(-0.5 * (d * step / length) ** 2)) for s, length in octaves) for d in lags
+    ]
+    expected = np.polyfit(np.log(lags), np.log(theory), 1)[0]
+    assert expected == pytest.approx(2 * hurst, abs=0.2)
+    error = slopes.std(ddof=1) / np.sqrt(40)
+    assert abs(slopes.mean() - expected) < scipy.stats.t(39).ppf(1 - 0.5e-4) * error + 0.01
+    assert error < 0.05
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"hurst": 1.0},
+        {"hurst": 0.0},
+        {"longest": 1.0},
+        {"count": 1},
+        {"sigma": 0.0},
+        {"shortest": -1.0},
+    ],
+)
+def test_bad_self_affine_profiles(options):
+    with pytest.raises(DeviationError, match=r"^FromSpectrum"):
+        FromSpectrum.self_affine(**({"sigma": 0.01, "hurst": 0.5, "longest": 40, "shortest": 1} | options))
 
 
 def test_textures_on_curved_features():

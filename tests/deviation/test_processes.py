@@ -72,6 +72,21 @@ def test_clamped_bow_meets_its_edge_conditions():
     assert from_dict(ClampedBow("from tolerance").to_dict()).resolved(tolerance=0.1) == ClampedBow(0.05)
 
 
+def test_clamped_bow_is_the_quoted_ritz_solution():
+    """Its amplitude under uniform load by Ritz's method: 0.00133 q a⁴ / D for a square of side a."""
+    s = np.linspace(-1, 1, 41)
+    profile = np.polynomial.Polynomial.fit(s, ClampedBow(1.0).height(s, np.zeros(41)), 4, domain=[-1, 1])
+
+    def integral(of):
+        return of.integ()(1) - of.integ()(-1)
+
+    bent, squared = integral(profile.deriv(2) ** 2), integral(profile**2)
+    across = integral(profile.deriv(1) ** 2)
+    amplitude = integral(profile) ** 2 / (2 * bent * squared + 2 * across**2)
+    assert amplitude / 16 == pytest.approx(0.00133, abs=5e-6)
+    assert amplitude / 16 == pytest.approx(0.00126, rel=0.06)
+
+
 def brute_force_steps(height, slope, thickness):
     """Distance along the normal of a slope to the outside stairs, by walking."""
     walk = np.linspace(0.0, 1.1 * thickness, 40_001)
