@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import itertools
 from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
-from cadskin.deviation._parameters import finite, truth, whole
+from cadskin.deviation._parameters import choice, finite, is_listed, positive, truth, whole
 from cadskin.deviation._patch_fields import FactorField
 from cadskin.deviation._patches import PatchPoints, patch_points
 from cadskin.deviation._shares import needs_numbers, number_or_share
@@ -50,15 +51,68 @@ class ModeSum(DeviationModel):
 
     def __post_init__(self) -> None:
         """Check the parameters."""
-        name = type(self).__name__
-        if np.ndim(self.amplitudes) != 1 or not len(self.amplitudes):
-            raise DeviationError(f"{name}: give at least one amplitude, in a list, got {self.amplitudes!r}")
+        if not is_listed(self.amplitudes) or not len(self.amplitudes):
+            raise DeviationError(
+                f"{type(self).__name__}: amplitudes must be a list of one or more, got {self.amplitudes!r}"
+            )
         checked = tuple(number_or_share(value, "amplitudes", self, finite) for value in self.amplitudes)
         object.__setattr__(self, "amplitudes", checked)
         object.__setattr__(self, "first", whole(self.first, "first", 0, self))
         object.__setattr__(self, "random", truth(self.random, "random", self))
-        if self.edges not in self.EDGES:
-            raise DeviationError(f"{name}: edges must be {' or '.join(self.EDGES)}, got {self.edges!r}")
+        choice(self.edges, self.EDGES, "edges", self)
+
+    @classmethod
+    def over(
+        cls,
+        numbers: Sequence[int],
+        *,
+        amplitudes: Sequence[Any] | None = None,
+        rms: float | None = None,
+        decay: float = 1.0,
+        **options: Any,
+    ) -> Self:
+        """Return a sum over a range of modes, with given amplitudes or with amplitudes that decay.
+
+        Parameters
+        ----------
+        numbers : range or sequence of int
+            Numbers of the modes, 0 or more, increasing.
+        amplitudes : sequence of float, optional
+            One for each of them [mm].
+        rms : float, optional
+            Root mean square of the whole sum [mm], in place of the amplitudes: these are proportional to
+            k^-decay, k = 1, 2, ... along ``numbers``.
+        decay : float
+            0: all alike.
+        **options
+            The other parameters of the model.
+
+        Raises
+        ------
+        DeviationError
+            Numbers that do not increase, or not one of ``amplitudes`` and ``rms``.
+
+        Examples
+        --------
+        >>> from cadskin.deviation import Modes
+        >>> round(Modes.over(range(3, 6), rms=0.03, decay=1.0, random=True).amplitudes[0], 6)
+        0.025714
+        """
+        name = cls.__name__
+        chosen = [whole(number, "number of a mode", 0, name) for number in numbers]
+        if not chosen or any(b <= a for a, b in itertools.pairwise(chosen)):
+            raise DeviationError(f"{name}.over: the numbers of the modes must increase, got {numbers!r}")
+        if (amplitudes is None) == (rms is None):
+            raise DeviationError(f"{name}.over: give either amplitudes or rms, with its decay")
+        if amplitudes is None:
+            shape = np.arange(1.0, len(chosen) + 1) ** -finite(decay, "decay", "", name)
+            amplitudes = (positive(rms, "rms", "mm", name) / np.linalg.norm(shape) * shape).tolist()
+        if len(amplitudes) != len(chosen):
+            raise DeviationError(f"{name}.over: {len(amplitudes)} amplitudes for {len(chosen)} modes")
+        every: list[Any] = [0.0] * (chosen[-1] - chosen[0] + 1)
+        for number, amplitude in zip(chosen, amplitudes, strict=True):
+            every[number - chosen[0]] = amplitude
+        return cls(tuple(every), first=chosen[0], **options)
 
     @abstractmethod
     def modes(self, patch: PatchPoints, count: int) -> tuple[Floats, str]:

@@ -7,7 +7,16 @@ import pytest
 import scipy.stats
 from surfaces import ball, covariance_at, covariance_of, plane, tube
 
-from cadskin.deviation import Fractal, FromSpectrum, GaussianField, KarhunenLoeve, Modes, Waviness, from_dict
+from cadskin.deviation import (
+    Fractal,
+    FromSpectrum,
+    GaussianField,
+    KarhunenLoeve,
+    Modes,
+    VibrationModes,
+    Waviness,
+    from_dict,
+)
 from cadskin.deviation.modal import laplacian_modes
 from cadskin.errors import DeviationError
 from cadskin.shape.operators import lumped_mass
@@ -47,6 +56,42 @@ def test_modes_fixed_and_random():
     assert np.linalg.matrix_rank(covariance, tol=1e-9) == 2
     with pytest.raises(DeviationError, match="the mesh is too coarse"):
         Modes(np.ones(500)).sample(part)
+
+
+def test_ranges_of_modes():
+    """Amplitudes ~ k^-decay whose squares add up to that of the whole; given ones at their numbers."""
+    part = plane((60.0, 40.0), h=3.0)
+    decaying = Modes.over(range(2, 12), rms=0.02, decay=1.5, edges="free")
+    amplitudes = np.array(decaying.amplitudes)
+    assert decaying.first == 2
+    assert np.allclose(amplitudes / amplitudes[0], np.arange(1, 11) ** -1.5)
+    mass = lumped_mass(part.surface.points, part.surface.triangles)[part.samples.vertex_ids]
+    assert np.sqrt(np.average(decaying.sample(part)[0] ** 2, weights=mass)) == pytest.approx(0.02, rel=1e-5)
+    law = covariance_of(Modes.over(range(2, 12), rms=0.02, decay=1.5, random=True).prepare(part))
+    assert np.average(np.diag(law), weights=mass) == pytest.approx(0.02**2, rel=1e-5)
+    odd = Modes.over(range(1, 7, 2), amplitudes=[0.01, 0.02, 0.03])
+    assert odd == Modes([0.01, 0.0, 0.02, 0.0, 0.03], first=1)
+    assert from_dict(odd.to_dict()) == odd
+    shell = VibrationModes.over([6, 8], rms=0.01, decay=0.0, thickness=2.0)
+    assert shell == VibrationModes([0.01 / np.sqrt(2), 0.0, 0.01 / np.sqrt(2)], first=6, thickness=2.0)
+
+
+@pytest.mark.parametrize(
+    ("numbers", "options", "message"),
+    [
+        ([], {"rms": 0.1}, "must increase"),
+        ([3, 3], {"rms": 0.1}, "must increase"),
+        ([-1, 2], {"rms": 0.1}, "number of a mode must be a whole number of 0 or more"),
+        (range(3), {}, "either amplitudes or rms"),
+        (range(3), {"amplitudes": [0.1] * 3, "rms": 0.1}, "either amplitudes or rms"),
+        (range(3), {"amplitudes": [0.1]}, "1 amplitudes for 3 modes"),
+        (range(3), {"rms": -0.1}, "rms must be greater than 0"),
+        (range(3), {"rms": 0.1, "decay": np.nan}, "decay must be finite"),
+    ],
+)
+def test_bad_ranges_of_modes(numbers, options, message):
+    with pytest.raises(DeviationError, match=message):
+        Modes.over(numbers, **options)
 
 
 def test_karhunen_loeve_is_the_best_expansion():
