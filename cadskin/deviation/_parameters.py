@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,8 +15,10 @@ if TYPE_CHECKING:
 
 __all__ = [
     "array_of",
+    "choice",
     "direction_of",
     "finite",
+    "is_listed",
     "number_of",
     "owner_name",
     "positive",
@@ -25,6 +28,11 @@ __all__ = [
 ]
 
 
+def is_listed(value: Any) -> bool:
+    """Return whether a value is several: a list or an array, not a number."""
+    return isinstance(value, (list, tuple)) or (isinstance(value, np.ndarray) and value.ndim > 0)
+
+
 def owner_name(owner: object) -> str:
     """Return the name of a model, or that of a function given as text."""
     return owner if isinstance(owner, str) else type(owner).__name__
@@ -32,7 +40,7 @@ def owner_name(owner: object) -> str:
 
 def number_of(value: Any, what: str, owner: object) -> float:
     """Return ``value`` as a float, which may be infinite or NaN; refuse what is no number."""
-    if isinstance(value, (bool, np.bool_, str, bytes)) or np.ndim(value):
+    if isinstance(value, (bool, np.bool_, str, bytes)) or is_listed(value):
         raise DeviationError(f"{owner_name(owner)}: {what} must be a number, got {value!r}")
     try:
         number = float(value)
@@ -74,6 +82,13 @@ def truth(value: Any, what: str, owner: object) -> bool:
     if not isinstance(value, (bool, np.bool_)):
         raise DeviationError(f"{owner_name(owner)}: {what} must be true or false, got {value!r}")
     return bool(value)
+
+
+def choice(value: Any, known: Sequence[str], what: str, owner: object) -> str:
+    """Return ``value``, one of some names."""
+    if not isinstance(value, str) or value not in known:
+        raise DeviationError(f"{owner_name(owner)}: {what} must be one of {', '.join(known)}, got {value!r}")
+    return value
 
 
 def array_of(

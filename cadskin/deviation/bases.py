@@ -36,7 +36,7 @@ import numpy as np
 from numpy.polynomial import chebyshev, legendre
 from scipy.special import eval_jacobi, gammaln, lpmv
 
-from cadskin.deviation._parameters import finite
+from cadskin.deviation._parameters import choice, finite
 from cadskin.deviation._shares import needs_numbers, number_or_share
 from cadskin.deviation._tangent import form_sampler
 from cadskin.deviation.base import MM, DeviationModel
@@ -179,10 +179,11 @@ class BasisForm(DeviationModel):
 
     def __post_init__(self) -> None:
         """Check the indices."""
-        if self.basis not in BASES:
-            raise DeviationError(f"BasisForm: basis must be one of {', '.join(BASES)}, got {self.basis!r}")
-        if not isinstance(self.coefficients, Mapping):
-            raise DeviationError(f"BasisForm: coefficients must be a table, got {self.coefficients!r}")
+        choice(self.basis, BASES, "basis", self)
+        if not isinstance(self.coefficients, Mapping) or not self.coefficients:
+            raise DeviationError(
+                f"BasisForm: coefficients must be a table of one or more, got {self.coefficients!r}"
+            )
         checked = {}
         for key, value in self.coefficients.items():
             _indices(key)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from cadskin.deviation._linear import LinearSampler
-from cadskin.deviation._parameters import array_of, positive, vector_of
+from cadskin.deviation._parameters import array_of, choice, is_listed, positive, vector_of
 from cadskin.deviation._patch_fields import SampledPlaces
 from cadskin.deviation._patches import PatchPoints, patch_points
 from cadskin.deviation._routes import METHODS, METRICS, make_field, make_graded_field
@@ -97,6 +97,8 @@ class GaussianField(DeviationModel):
         object.__setattr__(self, "sigma", _checked_sigma(self.sigma, self))
         object.__setattr__(self, "length", _checked_length(self.length, self))
         kernel_code(self.kernel)
+        choice(self.metric, METRICS, "metric", self)
+        choice(self.method, METHODS, "method", self)
         object.__setattr__(self, "anisotropy", positive(self.anisotropy, "anisotropy", "", self))
         object.__setattr__(self, "direction", _checked_direction(self.direction))
         if self.anisotropy != 1.0 and self.metric == "surface":
@@ -106,11 +108,6 @@ class GaussianField(DeviationModel):
             raise DeviationError(
                 "GaussianField: a varying length needs metric='surface', no method or anisotropy"
             )
-        for value, known, what in ((self.metric, METRICS, "metric"), (self.method, METHODS, "method")):
-            if value not in known:
-                raise DeviationError(
-                    f"GaussianField: {what} must be one of {', '.join(known)}, got {value!r}"
-                )
 
     def prepare(self, nominal: NominalModel, features: Sequence[Feature] | None = None) -> Sampler:
         """Choose a route for each smooth patch and set it up."""
@@ -187,7 +184,7 @@ def _sampled_places(patch: PatchPoints, scale: Floats) -> SampledPlaces:
 def _checked_sigma(sigma: Any, owner: object) -> Any:
     if callable(sigma):
         return sigma
-    if np.ndim(sigma) == 0:
+    if not is_listed(sigma):
         return number_or_share(sigma, "sigma", owner)
     values = array_of(sigma, (None,), "sigma", "GaussianField")
     if (values < 0).any() or not (values > 0).any():
@@ -198,7 +195,7 @@ def _checked_sigma(sigma: Any, owner: object) -> Any:
 def _checked_length(length: Any, owner: object) -> Any:
     if callable(length):
         return length
-    if np.ndim(length) == 0:
+    if not is_listed(length):
         return positive(length, "length", "mm", owner)
     values = array_of(length, (None,), "length", "GaussianField")
     if not (values > 0).all():

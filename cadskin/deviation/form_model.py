@@ -88,7 +88,7 @@ class FormModel(DeviationModel):
 
 
 def _centre(centre: tuple[float, float], owner: object) -> tuple[float, float]:
-    if np.shape(centre) != (2,):
+    if not isinstance(centre, (tuple, list, np.ndarray)) or len(centre) != 2:
         raise DeviationError(f"{type(owner).__name__}: centre must be two numbers, got {centre!r}")
     return finite(centre[0], "centre", "mm", owner), finite(centre[1], "centre", "mm", owner)
 

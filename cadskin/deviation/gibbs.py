@@ -11,7 +11,7 @@ import numpy as np
 
 from cadskin.deviation._gibbs_kernels import colours, sweep, truncated_sweep
 from cadskin.deviation._linear import COLUMNS
-from cadskin.deviation._parameters import array_of, finite, number_of, positive, whole
+from cadskin.deviation._parameters import array_of, choice, finite, is_listed, number_of, positive, whole
 from cadskin.deviation._patches import PatchPoints, patch_points
 from cadskin.deviation._philox import fill_page, padded_count, stream_of
 from cadskin.deviation._shares import needs_numbers, number_or_share
@@ -97,12 +97,11 @@ class Gibbs(DeviationModel):
         object.__setattr__(self, "length", positive(self.length, "length", "mm", self))
         object.__setattr__(self, "sweeps", whole(self.sweeps, "sweeps", 1, self))
         object.__setattr__(self, "start", finite(self.start, "start", "sigma", self))
-        if self.order not in ("sequential", "chromatic"):
-            raise DeviationError(f"Gibbs: order must be sequential or chromatic, got {self.order!r}")
+        choice(self.order, ("sequential", "chromatic"), "order", self)
         for key in ("lower", "upper"):
             value = getattr(self, key)
             if value is not None:
-                one = np.ndim(value) == 0
+                one = not is_listed(value)
                 limit = (
                     number_of(value, key, self) if one else array_of(value, (None,), key, self, finite=False)
                 )

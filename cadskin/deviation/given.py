@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from cadskin.deviation._parameters import array_of, finite
+from cadskin.deviation._parameters import array_of, finite, is_listed
 from cadskin.deviation._tangent import form_sampler
 from cadskin.deviation.base import MM, DeviationModel
 from cadskin.deviation.registry import register
@@ -42,6 +42,11 @@ class FromFunction(DeviationModel):
 
     name: ClassVar[str] = "function"
     function: Callable[[Points, Vectors], Any]
+
+    def __post_init__(self) -> None:
+        """Check that it can be called."""
+        if not callable(self.function):
+            raise DeviationError(f"FromFunction: function must be a function, got {self.function!r}")
 
     def prepare(self, nominal: NominalModel, features: Sequence[Feature] | None = None) -> Sampler:
         """Call the function once for each feature."""
@@ -85,7 +90,8 @@ class FromArray(DeviationModel):
 
     def __post_init__(self) -> None:
         """Check and freeze."""
-        shape = (None,) if np.ndim(self.values) == 1 else (None, None)
+        rows = is_listed(self.values) and len(self.values) > 0 and is_listed(self.values[0])
+        shape = (None, None) if rows else (None,)
         object.__setattr__(self, "values", array_of(self.values, shape, "values", self))
         if not self.values.size:
             raise DeviationError("FromArray: values is empty")
@@ -190,10 +196,14 @@ class Towards(DeviationModel):
             table = dict(self.target)
             kind = table.pop("kind", None)
             if kind not in _SURFACES:
-                raise DeviationError(f"Towards: kind must be one of {', '.join(_SURFACES)}, got {kind!r}")
+                raise DeviationError(
+                    f"Towards: kind of target must be one of {', '.join(_SURFACES)}, got {kind!r}"
+                )
             object.__setattr__(self, "target", _SURFACES[kind](**table))
         if type(self.target) not in _SURFACES.values():
-            raise DeviationError(f"Towards: {type(self.target).__name__} is no surface with a distance")
+            raise DeviationError(
+                f"Towards: target must be one of {', '.join(_SURFACES)}, got {type(self.target).__name__}"
+            )
         object.__setattr__(self, "share", finite(self.share, "share", "", self))
 
     def prepare(self, nominal: NominalModel, features: Sequence[Feature] | None = None) -> Sampler:

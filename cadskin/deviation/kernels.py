@@ -58,7 +58,7 @@ def kernel_code(kernel: str) -> int:
     DeviationError
         Unknown kernel.
     """
-    if kernel not in KERNELS:
+    if not isinstance(kernel, str) or kernel not in KERNELS:
         raise DeviationError(f"kernel {kernel!r} is not known; there are {', '.join(KERNELS)}")
     return KERNELS[kernel]
 

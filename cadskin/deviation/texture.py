@@ -152,9 +152,9 @@ class FromSpectrum(DeviationModel):
     def __post_init__(self) -> None:
         """Check the spectrum."""
         frequencies = array_of(self.frequencies, (None,), "frequencies", self)
-        psd = array_of(self.psd, (len(frequencies),), "psd", self)
         if len(frequencies) < 2 or frequencies[0] <= 0 or (np.diff(frequencies) <= 0).any():
             raise DeviationError("FromSpectrum: frequencies must be positive and increasing, two or more")
+        psd = array_of(self.psd, (len(frequencies),), "psd", self)
         if (psd < 0).any() or not psd.any():
             raise DeviationError("FromSpectrum: psd must be 0 or more, and more than 0 somewhere")
         object.__setattr__(self, "frequencies", frequencies)
