@@ -11,9 +11,9 @@ from cadskin.errors import DeviationError
 if TYPE_CHECKING:
     import numpy as np
 
+    from cadskin.conform import BoundPart
     from cadskin.deviation import DeviationModel
     from cadskin.shape import NominalModel
-    from cadskin.spec import Specification
 
 __all__ = ["deviation_model", "fresh_seed", "model_words", "process", "seed_of_part"]
 
@@ -71,7 +71,7 @@ def _pair(word: str, text: str) -> tuple[str, Any]:
 
 def process(
     nominal: NominalModel,
-    spec: Specification,
+    spec: BoundPart,
     text: str | None,
     *,
     sigma: float | None = None,
@@ -83,7 +83,7 @@ def process(
     Parameters
     ----------
     nominal : NominalModel
-    spec : Specification
+    spec : BoundPart
     text : str or None
         As for `deviation_model`.
     sigma, length : float or None

@@ -184,12 +184,13 @@ def command(
 
 def _conforming(nominal: NominalModel, name: str, request: Request, spec: Specification, seed: Any) -> Made:
     """Return the as-made part inside the tolerances of a specification."""
-    from cadskin.skin import simulate
+    from cadskin.conform import bound_part, simulate_conforming
 
+    bound = bound_part(spec, nominal)
     with status(f"matching the process of {name} to its tolerances"):
-        law = process(nominal, spec, request.model, sigma=request.sigma, length=request.length)
+        law = process(nominal, bound, request.model, sigma=request.sigma, length=request.length)
     with progress_bar(f"simulating {name}") as progress:
-        skin = simulate(nominal, law, spec=spec, rng=seed, progress=progress)
+        skin = simulate_conforming(nominal, law, bound, rng=seed, progress=progress)[0]
     options = skin.provenance.options
     for remark in nominal.notes:
         note(f"{name}: {remark}")

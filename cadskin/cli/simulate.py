@@ -97,6 +97,7 @@ def command(
     deviations and a table of all values; `cadskin verify RUN` evaluates it again, `cadskin export RUN` writes
     meshes.
     """
+    from cadskin.conform import bound_part
     from cadskin.export.runs import simulate_run
 
     _refuse(output, positive(cpk, "--cpk", unit="(Cpk)"), model, sigma)
@@ -122,8 +123,9 @@ def command(
             f"{path.name} has no tolerances and no --spec is given: every face gets a profile of {width:g} mm"
         )
     say_what_is_compiled("fields", "checks")
+    bound = bound_part(tolerances, nominal)
     with status("matching the process to the tolerances"):
-        law = process(nominal, tolerances, model, sigma=sigma, length=length, cpk=cpk)
+        law = process(nominal, bound, model, sigma=sigma, length=length, cpk=cpk)
     options = {
         "file": path.name,
         "spec": None if spec is None else spec.name,
@@ -137,7 +139,7 @@ def command(
             output,
             nominal,
             law,
-            tolerances,
+            bound,
             size=count,
             rng=fresh_seed() if seed is None else seed,
             conform=policies,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from cadskin.conform.bound import BoundPart, bound_part
 from cadskin.conform.capability import capability_scale, fraction_outside, tail_quantile
 from cadskin.conform.capable import capable_model
 from cadskin.conform.pca_zone import PcaZone, pca_zone
@@ -10,10 +11,12 @@ from cadskin.conform.process import process_of
 from cadskin.conform.simulate import ConformingSampler, Made, prepare_conforming, simulate_conforming
 
 __all__ = [
+    "BoundPart",
     "ConformingSampler",
     "Conformity",
     "Made",
     "PcaZone",
+    "bound_part",
     "capability_scale",
     "capable_model",
     "conditioned",

@@ -8,14 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cadskin.conform.blocks import independent_blocks
+from cadskin.conform.bound import bound_part
 from cadskin.conform.policy import policies_of
-from cadskin.conform.requirements import (
-    bound_with_general,
-    made_part,
-    nominal_part,
-    requirements_of,
-    value_of,
-)
+from cadskin.conform.requirements import made_part, requirements_of, value_of
 from cadskin.conform.sizes import mean_offsets
 from cadskin.deviation import GaussianField
 from cadskin.errors import CadskinWarning, SpecificationError
@@ -27,6 +22,7 @@ if TYPE_CHECKING:
 
     from cadskin._typing import Floats
     from cadskin.conform.blocks import Blocks
+    from cadskin.conform.bound import BoundPart
     from cadskin.conform.requirements import Requirement
     from cadskin.deviation import Sampler
     from cadskin.shape import NominalModel
@@ -50,7 +46,7 @@ def correlation_length(nominal: NominalModel) -> float:
 
 def capable_model(
     nominal: NominalModel,
-    spec: Specification,
+    spec: Specification | BoundPart,
     *,
     length: float | None = None,
     kernel: str = "squared_exponential",
@@ -67,7 +63,7 @@ def capable_model(
     Parameters
     ----------
     nominal : NominalModel
-    spec : Specification
+    spec : Specification or BoundPart
     length : float, optional
         Correlation length [mm]; a fifth of the longest side by default.
     kernel : str
@@ -91,8 +87,8 @@ def capable_model(
     correlation = correlation_length(nominal) if length is None else length
     unit = GaussianField(1.0, correlation, kernel)
     blocks = independent_blocks(nominal, unit)
-    bound = bound_with_general(spec, nominal)
-    pattern = nominal_part(nominal)
+    part = bound_part(spec, nominal)
+    bound, pattern = part.spec, part.pattern
     requirements, _ = requirements_of(
         nominal, bound, blocks, policies_of({"*": "conditioned"}, bound), like=pattern
     )

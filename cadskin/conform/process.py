@@ -21,13 +21,14 @@ from collections.abc import Mapping
 from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
+from cadskin.conform.bound import bound_part
 from cadskin.conform.capable import capable_model, correlation_length
-from cadskin.conform.requirements import bound_with_general
 from cadskin.conform.sizes import middle_models
 from cadskin.deviation import DeviationModel, SumModel, from_dict, model_class
 from cadskin.errors import CadskinError, SpecificationError
 
 if TYPE_CHECKING:
+    from cadskin.conform.bound import BoundPart
     from cadskin.shape import NominalModel
     from cadskin.spec import Specification, Tolerance
 
@@ -36,7 +37,7 @@ __all__ = ["model_of_tolerance", "process_of"]
 
 def process_of(
     nominal: NominalModel,
-    spec: Specification,
+    spec: Specification | BoundPart,
     *,
     default: DeviationModel | None = None,
     length: float | None = None,
@@ -47,7 +48,7 @@ def process_of(
     Parameters
     ----------
     nominal : NominalModel
-    spec : Specification
+    spec : Specification or BoundPart
     default : DeviationModel, optional
         Where no tolerance names a model; `capable_model` by default.
     length : float, optional
@@ -69,7 +70,8 @@ def process_of(
     >>> process_of(part, spec).terms[0]
     Paraboloid(amplitude=0.02 mm).on(5)
     """
-    bound = bound_with_general(spec, nominal)
+    part = bound_part(spec, nominal)
+    bound = part.spec
     reach = correlation_length(nominal) if length is None else length
     terms: list[DeviationModel] = []
     taken: set[int] = set()
@@ -86,7 +88,7 @@ def process_of(
             taken |= features.keys()
     free = [feature for feature in nominal.features if feature.id not in taken]
     if free:
-        usual = capable_model(nominal, bound, length=reach, scale=scale) if default is None else default
+        usual = capable_model(nominal, part, length=reach, scale=scale) if default is None else default
         terms.append(usual.on([feature.face_indices[0] for feature in free]) if taken else usual)
     terms += middle_models(bound, nominal, scale=scale)
     return terms[0] if len(terms) == 1 else SumModel(tuple(terms))

@@ -13,10 +13,8 @@ from cadskin.conform.sizes import SizeLimits, size_limits
 from cadskin.errors import AssociationError, CadskinError, SpecificationError
 from cadskin.shape.ideal import Plane
 from cadskin.skin.weld import prepare_weld, weld
-from cadskin.spec.binding import bound_to
 from cadskin.verify.contacts import target_contact
 from cadskin.verify.extraction import MadePart
-from cadskin.verify.general import with_general
 from cadskin.verify.part_size import has_size_limits
 from cadskin.verify.tolerances import evaluate
 
@@ -32,7 +30,6 @@ if TYPE_CHECKING:
 __all__ = [
     "Requirement",
     "Unsupported",
-    "bound_with_general",
     "datum_features",
     "made_part",
     "moved_part",
@@ -132,24 +129,6 @@ def value_of(requirement: Requirement, part: MadePart, spec: Specification) -> f
         return asked.value_on(part) if isinstance(asked, SizeLimits) else evaluate(asked, part, spec).value
     except AssociationError:  # this sample, not the specification: no association exists for it
         return float("inf")
-
-
-def bound_with_general(spec: Specification, nominal: NominalModel) -> Specification:
-    """Return a specification on the faces of a part, its general tolerances on each feature without another.
-
-    Raises
-    ------
-    SpecificationError
-        It holds no tolerance, or one whose datum is the toleranced feature itself.
-    """
-    sizes = any(has_size_limits(dimension) for dimension in spec.dimensions)
-    if not len(spec) and spec.default is None and not spec.unresolved and not sizes:
-        raise SpecificationError("the specification holds no tolerance; simulate without spec, or give one")
-    bound = bound_to(spec, nominal)
-    pattern = nominal_part(nominal)
-    for tolerance in bound:
-        _refuse_own_datum(tolerance, pattern, bound)
-    return with_general(bound, nominal)
 
 
 def requirements_of(
@@ -273,17 +252,4 @@ def _refuse_meaningless(piece: Requirement, nominal: NominalModel) -> None:
         raise SpecificationError(
             f"{piece.label}: the zone is wider than the part ({nominal.surface.diagonal:.4g} mm); is the "
             "unit of the tolerance right?"
-        )
-
-
-def _refuse_own_datum(tolerance: Tolerance, pattern: MadePart, spec: Specification) -> None:
-    if len(tolerance.datums) != 1 or not tolerance.feature.faces:
-        return
-    datums = {feature.id for feature in datum_features(pattern, tolerance, spec)}
-    own = {feature.id for feature in _features(pattern.nominal, tolerance.feature.faces)}
-    if own <= datums:
-        raise SpecificationError(
-            f"{tolerance.id} ({tolerance.type} on {tolerance.feature.text()}): its datum "
-            f"{tolerance.datums.text()} is the toleranced feature itself; a feature cannot be located or "
-            "oriented against itself"
         )

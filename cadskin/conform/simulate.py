@@ -10,13 +10,14 @@ import numpy as np
 from cadskin._progress import report
 from cadskin._random import seed_sequence
 from cadskin.conform.blocks import gaussian_mean, independent_blocks
+from cadskin.conform.bound import bound_part
 from cadskin.conform.chain import Chain, Setup, Tally
 from cadskin.conform.clusters import clusters_of
 from cadskin.conform.confirmation import is_flat_enough
 from cadskin.conform.policy import policies_of
 from cadskin.conform.record import conformity_record
 from cadskin.conform.rejection import draw_cluster
-from cadskin.conform.requirements import bound_with_general, nominal_part, requirements_of
+from cadskin.conform.requirements import requirements_of
 from cadskin.conform.routes import BlockRoutes
 from cadskin.conform.screening import search_of, search_on
 from cadskin.conform.streams import FIRST_SAMPLES, SEARCHED_SAMPLES, BlockSamplers, first_fields
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from cadskin._typing import Floats, Progress, RNGLike, Vectors
+    from cadskin.conform.bound import BoundPart
     from cadskin.conform.clusters import Cluster
     from cadskin.conform.policy import Policies
     from cadskin.conform.requirements import Requirement, Unsupported
@@ -252,7 +254,7 @@ class ConformingSampler:
 def prepare_conforming(
     nominal: NominalModel,
     model: DeviationModel,
-    spec: Specification,
+    spec: Specification | BoundPart,
     *,
     conform: Policies = "conditioned",
     max_tries: int = 200,
@@ -283,10 +285,10 @@ def prepare_conforming(
             f"max_tries must be at least 1, and the other counts 0, got {max_tries}, {joint_tries}, {sweeps} "
             f"and {slice_steps}"
         )
-    bound = bound_with_general(spec, nominal)
+    part = bound_part(spec, nominal)
+    bound, pattern = part.spec, part.pattern
     policies = policies_of(conform, bound)
     blocks = independent_blocks(nominal, model, whole=whole)
-    pattern = nominal_part(nominal)
     requirements, unsupported = requirements_of(nominal, bound, blocks, policies, like=pattern)
     samplers = BlockSamplers(nominal, model, blocks)
     mean = gaussian_mean(model, nominal)
@@ -310,7 +312,7 @@ def prepare_conforming(
 def simulate_conforming(
     nominal: NominalModel,
     model: DeviationModel,
-    spec: Specification,
+    spec: Specification | BoundPart,
     *,
     size: int = 1,
     rng: RNGLike = None,
@@ -330,7 +332,7 @@ def simulate_conforming(
     ----------
     nominal : NominalModel
     model : DeviationModel
-    spec : Specification
+    spec : Specification or BoundPart
         Selectors are bound to the part; a general tolerance (``default``) counts on every feature without
         one of its own.
     size : int

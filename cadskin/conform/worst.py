@@ -15,8 +15,9 @@ import numpy as np
 from scipy.sparse import csr_array, hstack, vstack
 
 from cadskin.conform.blocks import independent_blocks
+from cadskin.conform.bound import bound_part
 from cadskin.conform.policy import policies_of
-from cadskin.conform.requirements import bound_with_general, requirements_of, value_of, welded_part
+from cadskin.conform.requirements import requirements_of, value_of, welded_part
 from cadskin.conform.sizes import SizeLimits
 from cadskin.deviation import WhiteNoise
 from cadskin.errors import ConformityError
@@ -83,10 +84,11 @@ def worst_part(nominal: NominalModel, spec: Specification, weights: Floats) -> W
     >>> round(worst_part(part, spec, measure("mean(>Z)", part)).value, 6)
     0.1
     """
-    bound = bound_with_general(spec, nominal)
+    part = bound_part(spec, nominal)
+    bound = part.spec
     blocks = independent_blocks(nominal, WhiteNoise(1.0))
     requirements, unsupported = requirements_of(
-        nominal, bound, blocks, policies_of({"*": "conditioned"}, bound)
+        nominal, bound, blocks, policies_of({"*": "conditioned"}, bound), like=part.pattern
     )
     fixed = _datum_rows(nominal, bound)
     zones, left_out = [], [(item.tolerance, item.reason) for item in unsupported]

@@ -74,8 +74,7 @@ def run_task(request: Request, context: Context) -> dict[str, Any]:
 
 
 def _simulate(request: Request, context: Context) -> dict[str, Any]:
-    from cadskin.conform import process_of
-    from cadskin.skin import simulate_ensemble
+    from cadskin.conform import bound_part, process_of, simulate_conforming
 
     size = request.count("size", 1, least=1)
     seed = request.count("seed", 0)
@@ -85,12 +84,13 @@ def _simulate(request: Request, context: Context) -> dict[str, Any]:
     bound = _bound(spec, nominal)
     fitting = context.stage(0.4, 0.5, "matching the process to the tolerances")
     report(fitting, 0, 1)
-    model = process_of(nominal, bound, length=request.positive("correlation_length"))
+    checked = bound_part(bound, nominal)
+    model = process_of(nominal, checked, length=request.positive("correlation_length"))
     report(fitting, 1, 1)
-    lot = simulate_ensemble(
+    lot = simulate_conforming(
         nominal,
         model,
-        spec=bound,
+        checked,
         size=size,
         rng=seed,
         conform=policies,

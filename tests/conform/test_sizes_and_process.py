@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import kstest
 from support.parts import plate_with_hole
 
-from cadskin.conform import capable_model, prepare_conforming, process_of, simulate_conforming
+from cadskin.conform import bound_part, capable_model, prepare_conforming, process_of, simulate_conforming
 from cadskin.conform.policy import policies_of, target
 from cadskin.conform.process import model_of_tolerance
 from cadskin.conform.sizes import mean_offsets, middle_models
@@ -64,6 +64,21 @@ def test_raw_parts_miss_a_size_that_conditioned_parts_keep(part):
             for skin in simulate_conforming(part, model, spec, size=6, rng=2)]  # fmt: skip
     assert not all(raw)
     assert all(kept)
+
+
+def test_a_bound_part_stands_for_its_specification(part, monkeypatch):
+    """The same process and the same bits, and nothing is bound again; another part is refused."""
+    from cadskin.conform import bound
+
+    spec = sized(part, -0.03, 0.03, flatness(0, 0.05))
+    law = process_of(part, spec)
+    lot = simulate_conforming(part, law, spec, size=2, rng=5)
+    once = bound_part(spec, part)
+    monkeypatch.setattr(bound, "bound_to", lambda *_: pytest.fail("bound again"))
+    assert process_of(part, once) == law
+    assert np.array_equal(simulate_conforming(part, law, once, size=2, rng=5).deviations, lot.deviations)
+    with pytest.raises(SpecificationError, match="bound to another"):
+        process_of(plate_with_hole(), once)
 
 
 def test_sizes_that_cannot_be_used_are_listed(part):

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from cadskin._typing import Floats, Progress, RNGLike
-    from cadskin.conform import ConformingSampler
+    from cadskin.conform import BoundPart, ConformingSampler
     from cadskin.conform.chain import Tally
     from cadskin.conform.policy import Policies
     from cadskin.conform.simulate import Made
@@ -77,7 +77,7 @@ def simulate_run(  # noqa: PLR0913 (what simulate_conforming takes, and the fold
     folder: str | Path,
     nominal: NominalModel,
     model: DeviationModel,
-    spec: Specification,
+    spec: Specification | BoundPart,
     *,
     size: int,
     rng: RNGLike = None,
@@ -133,7 +133,13 @@ def simulate_run(  # noqa: PLR0913 (what simulate_conforming takes, and the fold
     write_text(target / SPEC, sampler.spec.to_toml())
     about["spec_sha256"] = sha256_of_file(target / SPEC)
     save_nominal(target / NOMINAL, nominal)
-    asked = {"nominal": nominal, "model": model, "spec": spec, "conform": conform, "max_tries": max_tries}
+    asked = {
+        "nominal": nominal,
+        "model": model,
+        "spec": sampler.spec,
+        "conform": conform,
+        "max_tries": max_tries,
+    }
     with _drawing(plan, Job(asked, seed, check), workers, len(chunks)) as draw:
         _draw_chunks(plan, about, chunks, draw, progress)
     run = Run(target, read_about(target))
