@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -40,5 +40,14 @@ def text(value: Any, unit: str) -> str:
     if isinstance(value, np.ndarray):
         value = tuple(value.tolist())
     if isinstance(value, (list, tuple)) and len(value) > 8:
-        return f"<{len(value)} values>" + (f" {unit}" if unit else "")
+        return f"<{_summary(value)}>" + (f" {unit}" if unit else "")
     return repr(value) + (f" {unit}" if unit and not isinstance(value, str) else "")
+
+
+def _summary(values: Sequence[Any]) -> str:
+    """Return what a long row of values is: how many, from where to where, and their mean."""
+    count = f"{len(values)} values"
+    numbers = np.asarray(values) if all(isinstance(one, (int, float)) for one in values) else np.zeros(0)
+    if not numbers.size or not np.isfinite(numbers).all():
+        return count
+    return f"{count}, {numbers.min():.3g}..{numbers.max():.3g}, mean {numbers.mean():.3g}"

@@ -157,6 +157,13 @@ def test_the_text_form_is_read_again(name, data):
         assert str(from_text(str(one))) == str(one)
 
 
+def test_long_rows_are_told_by_their_range_and_mean_and_not_read_again():
+    told = str(GaussianField(np.linspace(0.002, 0.012, 500), 3.0))
+    assert told == "GaussianField(sigma=<500 values, 0.002..0.012, mean 0.007> mm, length=3 mm)"
+    with pytest.raises(DeviationError, match="leaves out long arrays"):
+        from_text(told)
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
