@@ -37,7 +37,13 @@ def added(left: DeviationModel, right: DeviationModel) -> SumModel:
 @register
 @dataclass(frozen=True, eq=False, repr=False)
 class SumModel(DeviationModel):
-    """The sum of models; term t of sample i has its own random stream (i, t): the terms are independent."""
+    """The sum of models; term t of sample i has its own random stream (i, t): the terms are independent.
+
+    References
+    ----------
+    Zhang et al. 2013, doi:10.1177/0954405412466987, figures 9 and 10 (systematic and random deviations on one
+    face).
+    """
 
     name: ClassVar[str] = "sum"
     terms: tuple[DeviationModel, ...]
