@@ -18,6 +18,9 @@ spherical          sphere                  degree i, order j (j < 0: sine)
 The axis of a torus is that of its tube, the second coordinate of the face. On a cylinder (0, 0) is size,
 (0, 1) taper, (0, 2) barrel, (+-1, 0) offset, (+-1, 1) tilt, (+-1, 2) bend, (n, 0) an n-lobed form.
 
+On a face that closes around, functions of the rectangle jump where its coordinates are cut; those of the
+cylinder do not.
+
 References
 ----------
 Noll: Zernike polynomials and atmospheric turbulence, J. Opt. Soc. Am. 66 (1976), doi:10.1364/JOSA.66.000207;

@@ -11,7 +11,9 @@ torus      major radius times angle; minor radius times tube angle
 freeform   orthogonal projection to the plane of the two larger principal axes
 =========  ==============================================================================
 
-`form_coordinates` measures them from any point, along any direction of space.
+A face that closes is cut half a turn from the zero; a whole sphere is singular opposite of its pole, where
+only round forms are continuous; a freeform face that turns back under itself has the same coordinates on both
+sides. `form_coordinates` measures them from any point, along any direction of space.
 """
 
 from __future__ import annotations

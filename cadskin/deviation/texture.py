@@ -42,6 +42,9 @@ def _along(feature: Feature, angle: float) -> Floats:
 class Waviness(DeviationModel):
     """Regular marks: a sine along one direction of the surface coordinates (feed marks).
 
+    Around a whole cylinder marks close if the wavelength divides the circumference; else they jump where its
+    coordinates are cut.
+
     Parameters
     ----------
     amplitude : float
