@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections import Counter
 from pathlib import Path
 from typing import Unpack
 
@@ -20,8 +21,9 @@ from cadskin.view.scene import Scene, automatic_exaggeration, scene_of
 from cadskin.view.software import best_direction, render
 from cadskin.view.style import ColourScale, Style, StyleOptions, checked_size, colour_scale
 
-__all__ = ["draw", "headline", "picture", "save_png"]
+__all__ = ["draw", "headline", "picture", "save_png", "shown"]
 
+_NAMED = 3  # so many faces are told by name
 _MARGIN = 40  # pixels of a 1200 x 900 picture, like all lengths below
 _HEADER, _FOOTER, _BAR = 96, 84, 150
 
@@ -169,11 +171,31 @@ def headline(content: Content, colours: ColourScale | None) -> str:
         share = len(known) / max(len(content.deviation), 1)
         return text if share == 1.0 else f"{text} · {100 * share:.0f} % measured, the rest is grey"
     size = " × ".join(number(float(extent)) for extent in np.ptp(content.points, axis=0))
-    counts = [f"{len(content.face_names)} faces"]
-    if content.nominal is not None and len(content.nominal.features) != len(content.face_names):
+    return " · ".join([*shown(content), f"{content.surface.n_triangles} triangles", f"{size} mm"])
+
+
+def shown(content: Content) -> list[str]:
+    """Return what a shape consists of, in words: its faces by name where they are few, else by kind."""
+    present = np.unique(content.surface.face_ids)
+    present = present[present >= 0]
+    if content.nominal is None:
+        if len(present) < 2:  # a scan, a mesh of another program, or a piece cut out
+            return [f"face {present[0]}" if len(present) and present[0] else "mesh"]
+        few = ", ".join(map(str, present[:-1])) + f" and {present[-1]}"
+        return [f"faces {few}" if len(present) <= _NAMED else f"{len(present)} faces"]
+    faces = [content.nominal.faces[face] for face in present]
+    if len(faces) <= _NAMED:
+        return [", ".join(face.name or f"{face.kind} (face {face.index})" for face in faces)]
+    kinds = Counter(face.kind for face in faces).most_common()
+    counts = [f"{len(faces)} faces: {', '.join(_counted(kind, count) for kind, count in kinds)}"]
+    if len(content.nominal.features) != len(content.nominal.faces):
         counts.append(f"{len(content.nominal.features)} features")
-    counts.append(f"{content.surface.n_triangles} triangles")
-    return " · ".join([*counts, f"{size} mm"])
+    return counts
+
+
+def _counted(kind: str, count: int) -> str:
+    word = {"bspline": "B-spline", "other": "other surface"}.get(kind, kind)
+    return f"{count} {word if count == 1 else 'tori' if kind == 'torus' else word + 's'}"
 
 
 def _range(values: Floats) -> tuple[float, float]:

@@ -4,10 +4,13 @@ import string
 
 import numpy as np
 import pytest
+from support.parts import plate_with_hole
 
 from cadskin.export.colours import COLORMAPS, colormap_table, feature_colours, map_colours, to_linear, to_srgb
 from cadskin.export.content import content_of
+from cadskin.shape import DiscreteShape
 from cadskin.view.canvas import draw_text
+from cadskin.view.pictures import headline, shown
 from cadskin.view.raster import EDGE_SHARP
 from cadskin.view.scene import automatic_exaggeration, scene_of
 from cadskin.view.stroke_font import text_segments, text_width
@@ -139,3 +142,30 @@ def test_text_is_clipped_at_the_border_and_anchored():
     middle = np.ones((20, 41, 3))
     draw_text(middle, "H", 20.5, 15, height=10, colour=(0, 0, 0), anchor="middle")
     np.testing.assert_allclose(middle, middle[:, ::-1], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("labels", "words"),
+    [
+        ([0, 0, 0, 0], "mesh"),
+        ([-1, -1, -1, -1], "mesh"),
+        ([7, 7, 7, 7], "face 7"),
+        ([1, 1, 4, 9], "faces 1, 4 and 9"),
+        ([0, 2, 4, 9], "4 faces"),
+    ],
+)
+def test_the_line_below_a_mesh_names_the_faces_that_are_there(labels, words):
+    """Not the largest label: a piece with face 7 alone is no part of eight faces."""
+    tet = DiscreteShape(
+        [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]], labels
+    )
+    assert headline(content_of(tet), None) == f"{words} · 4 triangles · 1 × 1 × 1 mm"
+
+
+def test_the_line_below_a_part_tells_its_faces_by_kind():
+    part = plate_with_hole()
+    kinds = [face.kind for face in part.faces]
+    (words, *_) = shown(content_of(part))
+    planes, cylinders = kinds.count("plane"), kinds.count("cylinder")
+    ending = "" if cylinders == 1 else "s"
+    assert words == f"{len(kinds)} faces: {planes} planes, {cylinders} cylinder{ending}"
