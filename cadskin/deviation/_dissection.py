@@ -111,6 +111,8 @@ def _smaller_first(points: Any, ids: Any, low: int, high: int, axis: int, limit:
 @kernel
 def _cut(points: Any, ids: Any, low: int, high: int, sample: Any) -> int:
     """Part the points low to high in nearly equal halves; returns where the second begins."""
+    if high - low < 2:
+        return high
     axis = _widest_axis(points, low, high)
     middle, slack = (low + high) // 2, (high - low) // _SLACK
     first, last = low, high
@@ -141,16 +143,24 @@ def _halve(points: Any, depth: int) -> Any:
     ids = np.arange(n).astype(np.int32)
     leaf = np.zeros(n, dtype=np.int32)
     sample = np.zeros(_SAMPLE + 1)
-    stack = [(0, n, 0, 0)]
-    while len(stack) > 0:
-        low, high, level, path = stack.pop()
-        if level == depth or high - low < 2:
-            leaf[low:high] = path << (depth - level)
-            continue
-        middle = _cut(points, ids, low, high, sample)
-        stack.append((low, middle, level + 1, 2 * path))
-        stack.append((middle, high, level + 1, 2 * path + 1))
-    return ids, leaf
+    stops = np.zeros(depth + 1, dtype=np.int64)  # of the parts around the present one
+    stops[0] = n
+    low, path, level = np.int64(0), np.int64(0), 0  # no literals: they would compile the kernels twice
+    while True:
+        while level < depth:
+            level += 1
+            path *= 2
+            stops[level] = _cut(points, ids, low, stops[level - 1], sample)
+        for i in range(low, stops[level]):
+            leaf[i] = path
+        while path % 2 == 1:
+            path //= 2
+            level -= 1
+        if level == 0:
+            return ids, leaf
+        low = stops[level]
+        stops[level] = stops[level - 1]
+        path += 1
 
 
 @kernel
@@ -197,17 +207,16 @@ def _tree_nodes(graph: Any, leaf: Any, depth: int) -> Any:
     edge = np.zeros(n + 1, dtype=np.int32)
     stack = np.zeros(n, dtype=np.int32)
     for bit in range(depth - 1, -1, -1):
-        count, own = 0, 0
-        for i in range(n):
-            if (bits[i] >> bit) & 1 == 0 or node[i] != 0:
+        count, own = np.int64(0), np.int64(0)  # no literals: they would compile the kernel twice
+        for i in range(n + 1):
+            if i < n and ((bits[i] >> bit) & 1 == 0 or node[i] != 0):
                 continue
-            here = (1 << (depth - bit - 1)) + (leaf[i] >> (bit + 1))
+            here = (1 << (depth - bit - 1)) + (leaf[i] >> (bit + 1)) if i < n else 0
             if here != own:
-                _cover(starts, columns, leaf, bit, edge[:count], node, own, degree, stack)
-                count, own = 0, here
+                _cover(graph, leaf, bit, (edge, count), node, own, degree, stack)
+                count, own = np.int64(0), here
             edge[count] = i
             count += 1
-        _cover(starts, columns, leaf, bit, edge[:count], node, own, degree, stack)
     for i in range(n):
         if node[i] == 0:
             node[i] = (1 << depth) + leaf[i]
@@ -215,16 +224,19 @@ def _tree_nodes(graph: Any, leaf: Any, depth: int) -> Any:
 
 
 @kernel
-def _cover(
-    starts: Any, columns: Any, leaf: Any, bit: int, edge: Any, node: Any, own: int, degree: Any, stack: Any
-) -> None:
-    """Put a small cover of the edges that a halving cuts into its node ``own``; they are those of ``edge``.
+def _cover(graph: Any, leaf: Any, bit: int, edge: Any, node: Any, own: int, degree: Any, stack: Any) -> None:
+    """Put a small cover of the edges that a halving cuts into its node ``own``.
+
+    ``edge`` holds the vertices of these edges and their number.
 
     The neighbour of a vertex with one edge left is taken, again and again, then all that is left of the side
     with fewer vertices. ``degree`` is zero before and after.
     """
+    starts, columns = graph
+    vertices, count = edge
     top = 0
-    for i in edge:
+    for v in range(count):
+        i = vertices[v]
         for p in range(starts[i], starts[i + 1]):
             j = columns[p]
             degree[i] += (leaf[i] ^ leaf[j]) >> bit == 1 and node[j] == 0
@@ -251,11 +263,13 @@ def _cover(
                     top += 1
     right = 0
     both = 0
-    for i in edge:
+    for v in range(count):
+        i = vertices[v]
         both += degree[i] > 0
         right += degree[i] > 0 and (leaf[i] >> bit) & 1 == 1
     side = 1 if 2 * right < both else 0
-    for i in edge:
+    for v in range(count):
+        i = vertices[v]
         if degree[i] > 0 and (leaf[i] >> bit) & 1 == side:
             node[i] = own
         degree[i] = 0

@@ -159,7 +159,7 @@ def _factor(starts: Any, columns: Any, data: Any, nodes: Any, panels: Any, room:
             )
             panel += 1
         if side > below:
-            parent = nodes.parent[s]
+            parent = np.int64(nodes.parent[s])
             target = room[nodes.depth[parent]]
             if not opened[parent]:
                 opened[parent] = True
@@ -275,7 +275,7 @@ def _keep(fronts: Any, at: int, part: Any, inverse: Any, room: int, values: Any,
 def _pass_on(nodes: Any, s: int, steps: Any, fronts: Any, at: int, target: int) -> None:
     """Add what a front leaves below its own columns to that of its parent; ``steps`` is scratch."""
     _, below, side = _shape(nodes, s)
-    parent = nodes.parent[s]
+    parent = np.int64(nodes.parent[s])
     size, begin, wide = _shape(nodes, parent)
     own, low = nodes.first[s], nodes.begin[parent]
     k = nodes.first[parent]

@@ -112,7 +112,7 @@ def _connected_parts(before: Any, parts: Any) -> Any:
     members = np.arange(n).astype(np.int32)
     begin = np.zeros(n + 1, dtype=np.int32)
     above = np.full(n, -1, dtype=np.int32)
-    count = 0
+    count = np.int64(0)  # no literal: it would compile the kernel twice
     for part in range(parts.size - 1):
         low, high = parts[part], parts[part + 1]
         components = high - low
@@ -127,7 +127,8 @@ def _connected_parts(before: Any, parts: Any) -> Any:
             _group(ancestor, low, high, count, part_of, members, begin)
             count += components
         else:
-            part_of[low:high] = count
+            for i in range(low, high):
+                part_of[i] = count
             count += 1
         begin[count] = high
     parent = np.full(count, -1, dtype=np.int32)
@@ -213,6 +214,14 @@ def _arranged(members: Any, begin: Any, parent: Any, number: Any, depth: Any) ->
 
 
 @kernel
+def _longer(numbers: Any, size: int) -> Any:
+    longer = np.zeros(size, dtype=np.int32)
+    for i in range(numbers.size):
+        longer[i] = numbers[i]
+    return longer
+
+
+@kernel
 def _rows_below(before: Any, places: Any, begin: Any, parent: Any) -> Any:
     """Rows below each supernode: row i is in those on the ways up the tree from its earlier neighbours."""
     starts, columns = before
@@ -229,9 +238,7 @@ def _rows_below(before: Any, places: Any, begin: Any, parent: Any) -> Any:
     for s in range(count):
         for i in range(begin[s], begin[s + 1]):
             if q + count > found.size:
-                more = np.zeros(2 * found.size + count, dtype=np.int32)
-                more[:q] = found[:q]
-                found = more
+                found = _longer(found, 2 * found.size + count)
             for p in range(starts[places[i]], starts[places[i] + 1]):
                 t = owner[columns[p]]
                 while t != s and mark[t] != i:
