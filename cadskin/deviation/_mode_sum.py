@@ -12,7 +12,7 @@ import numpy as np
 
 from cadskin.deviation._parameters import choice, finite, is_listed, positive, truth, whole
 from cadskin.deviation._patch_fields import FactorField
-from cadskin.deviation._patches import PatchPoints, patch_points
+from cadskin.deviation._patches import PatchPoints, check_triangles, patch_points
 from cadskin.deviation._shares import needs_numbers, number_or_share
 from cadskin.deviation.base import MM, DeviationModel
 from cadskin.deviation.field import PatchwiseSampler
@@ -125,6 +125,7 @@ class ModeSum(DeviationModel):
         wanted = self.first + len(self.amplitudes)
         factors = []
         for patch in patches:
+            check_triangles(patch, self)
             modes, note = self.modes(patch, wanted)
             factors.append(FactorField((modes[self.first :] * np.array(self.amplitudes)[:, None]).T, note))
         sampler = PatchwiseSampler(patches, factors, np.ones(nominal.n_samples))

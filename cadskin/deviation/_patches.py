@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -12,18 +13,20 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
+from cadskin.errors import CadskinWarning, DeviationError
 from cadskin.shape.patches import smooth_patches
 
 if TYPE_CHECKING:
     from cadskin._typing import Floats, Ints, Points, Triangles, Vectors
     from cadskin.shape import Feature, NominalModel
 
-__all__ = ["PatchPoints", "is_thin", "patch_points"]
+__all__ = ["PatchPoints", "check_triangles", "is_thin", "patch_points"]
 
 _LOOKERS = 200  # points of a patch that look for an opposite side
 _WAYS = 8_000_000  # distances kept while looking for the way along the surface
 _DETOUR = 2.5  # way along the surface over distance in space from which on a patch is thin
 _FLAT = 1e-9  # thickness over extent below which a patch counts as a plane
+_NO_AREA = 1e-12  # doubled area over longest edge squared below which a triangle has no usable shape
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,11 +87,58 @@ class PatchPoints:
         return bool(extent[2] <= _FLAT * max(extent[0], 1e-300) + 1e-9)
 
 
+def check_triangles(patch: PatchPoints, owner: object) -> None:
+    """Refuse points without triangles and triangles without area.
+
+    Raises
+    ------
+    DeviationError
+        The message says where, and what to do.
+    """
+    corners = patch.points[patch.triangles]
+    sides = corners - np.roll(corners, 1, axis=1)
+    doubled = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
+    longest = np.einsum("tki,tki->tk", sides, sides).max(axis=1, initial=0.0)
+    flat = np.flatnonzero(~(doubled > _NO_AREA * longest))
+    loose = np.flatnonzero(np.bincount(patch.triangles.ravel(), minlength=len(patch.points)) == 0)
+    for bad, where, what in (
+        (flat, corners[flat, 0], "a triangle without area"),
+        (loose, patch.points[loose], "a point without triangles"),
+    ):
+        if len(bad):
+            x, y, z = where[0]
+            raise DeviationError(
+                f"{type(owner).__name__}: there is {what} at ({x:.6g}, {y:.6g}, {z:.6g}) mm ({len(bad)} on "
+                "this patch); mesh the part again with another edge length, or restrict the model to other "
+                "faces with .on(...)"
+            )
+
+
+def _tell_of_pieces(features: Sequence[Feature], patch_of_sample: Ints) -> None:
+    """Warn of a feature whose mesh is not connected: its pieces know nothing of each other."""
+    for feature in features:
+        pieces = patch_of_sample[feature.rows]
+        if len(pieces) and pieces.min() != pieces.max():
+            warnings.warn(
+                f"{feature.name} is not connected, it has {len(np.unique(pieces))} pieces: random fields and "
+                "modes are independent on each of them; make them features of their own to tell them apart",
+                CadskinWarning,
+                stacklevel=4,
+            )
+
+
 def patch_points(nominal: NominalModel, features: Sequence[Feature] | None = None) -> list[PatchPoints]:
-    """Return the smooth patches that carry samples of the given features (all by default)."""
+    """Return the smooth patches that carry samples of the given features (all by default).
+
+    Warns
+    -----
+    CadskinWarning
+        A feature is not connected.
+    """
     patches = smooth_patches(nominal)
     points, normals = patches.points(nominal), patches.normals(nominal)
     patch_of_sample = patches.patch_of_node[patches.node_of_sample]
+    _tell_of_pieces(nominal.features if features is None else features, patch_of_sample)
     touched = np.zeros(patches.n_patches, dtype=bool)
     for rows in [slice(None)] if features is None else [feature.rows for feature in features]:
         touched[patch_of_sample[rows]] = True

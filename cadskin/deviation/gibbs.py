@@ -12,7 +12,7 @@ import numpy as np
 from cadskin.deviation._gibbs_kernels import colours, sweep, truncated_sweep
 from cadskin.deviation._linear import COLUMNS
 from cadskin.deviation._parameters import array_of, choice, finite, is_listed, number_of, positive, whole
-from cadskin.deviation._patches import PatchPoints, patch_points
+from cadskin.deviation._patches import PatchPoints, check_triangles, patch_points
 from cadskin.deviation._philox import fill_page, padded_count, stream_of
 from cadskin.deviation._shares import needs_numbers, number_or_share
 from cadskin.deviation._surface import SurfaceField
@@ -158,6 +158,8 @@ class GibbsSampler(Sampler):
         self.model = model
         self.n_samples = nominal.n_samples
         low, high = _limits(model, nominal)
+        for patch in patches:
+            check_triangles(patch, model)
         self.patches = [_PatchChain(model, patch, low, high) for patch in patches]
         seeds = np.random.SeedSequence(0).spawn(COLUMNS)
         starts = np.linspace(-10.0, 10.0, COLUMNS)

@@ -97,6 +97,11 @@ class KarhunenLoeve(DeviationModel):
             float
         )
         mass = lumped_mass(patch.points, patch.triangles)
+        if not mass.sum() > 0:
+            raise DeviationError(
+                f"KarhunenLoeve: a patch of {len(mass)} points has no area; remove that face, or restrict "
+                "the model to others with .on(...)"
+            )
         variances, rotation = np.linalg.eigh((full * mass) @ full.T / mass.sum())
         order = np.argsort(-variances)
         kept = np.cumsum(variances[order])

@@ -139,7 +139,7 @@ def test_run_keeps_traces(part):
     ("arguments", "message"),
     [
         ({"sweeps": 0}, "sweeps must be a whole number of 1 or more, got 0"),
-        ({"order": "random"}, "order must be sequential or chromatic"),
+        ({"order": "random"}, "order must be one of sequential, chromatic"),
         ({"lower": np.nan}, "lower holds NaN"),
     ],
 )
