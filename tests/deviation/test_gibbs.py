@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 from surfaces import covariance_of, plane, two_planes
 
-from cadskin.deviation import GaussianField, Gibbs, from_dict
+from cadskin.deviation import Gibbs, from_dict
 from cadskin.deviation._gibbs_kernels import _normal_quantile, colours, truncated_normal
 from cadskin.deviation._patches import patch_points
 from cadskin.deviation._surface import SurfaceField
@@ -29,18 +29,20 @@ def part():
     return plane((30.0, 20.0), h=3.0)
 
 
+def exact_sampler(part, length):
+    """The exact sampler of surface fields, here without what lies beyond the free edges."""
+    patches = patch_points(part)
+    fields = [SurfaceField(p.points / length, p.triangles, "whittle", collar=False) for p in patches]
+    return PatchwiseSampler(patches, fields, np.full(part.n_samples, SIGMA))
+
+
 @coarse_on_purpose
 @pytest.mark.parametrize("order", ["sequential", "chromatic"])
 def test_the_law_is_that_of_the_exact_sampler(part, order):
-    """Covariance of 800 independent chains against the exact matrix: z-scores of all entries, level 1e-4.
-
-    The exact sampler is that of surface fields, here without what lies beyond the free edges.
-    """
+    """Covariance of 800 independent chains against the exact matrix: z-scores of all entries, level 1e-4."""
     model = Gibbs(SIGMA, 4.0, sweeps=800, order=order)
     draws = model.sample(part, size=800, rng=1)
-    patches = patch_points(part)
-    fields = [SurfaceField(p.points / 4.0, p.triangles, "whittle", collar=False) for p in patches]
-    exact = covariance_of(PatchwiseSampler(patches, fields, np.full(part.n_samples, SIGMA)))
+    exact = covariance_of(exact_sampler(part, 4.0))
     found = draws.T @ draws / len(draws)
     error = np.sqrt((np.outer(np.diag(exact), np.diag(exact)) + exact**2) / len(draws))
     z = (found - exact) / error
@@ -66,7 +68,7 @@ def test_truncated_law_against_rejection(part):
     """Limits +-1.2 sigma on a small part: exact samples that fit are the truth (two-sample KS, 1e-4)."""
     small = plane((6.0, 4.0), h=1.3)
     limit = 1.2 * SIGMA
-    exact = GaussianField(SIGMA, 4.0, "whittle", metric="surface").sample(small, size=60_000, rng=4)
+    exact = exact_sampler(small, 4.0).sample(size=60_000, rng=4)
     truth = exact[(np.abs(exact) <= limit).all(axis=1)]
     assert len(truth) > 2000
     drawn = Gibbs(SIGMA, 4.0, sweeps=800, lower=-limit, upper=limit).sample(small, size=960, rng=5)
