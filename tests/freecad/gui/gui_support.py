@@ -106,6 +106,46 @@ def panel_button(text):
     raise AssertionError(f"no task panel with {text}")
 
 
+def tool_button(command):
+    """Return the button of a command in a tool bar that is seen."""
+    for button in FreeCADGui.getMainWindow().findChildren(QtWidgets.QToolButton):
+        action = button.defaultAction()
+        if action is not None and action.objectName() == command and button.isVisible():
+            return button
+    raise AssertionError(f"no tool bar shows {command}")
+
+
+class FileAnswer(QtCore.QObject):
+    """Waits for the dialog that asks for a file, writes a path into it and clicks Save."""
+
+    def __init__(self, path):
+        super().__init__()
+        self.path, self.name = path, ""
+        self.timer = QtCore.QTimer(self)
+        self.timer.timeout.connect(self.look)
+        self.timer.start(100)
+
+    def look(self):
+        """Answer the dialog once it is there; whatever goes wrong, close it: it would wait for ever."""
+        dialog = QtWidgets.QApplication.activeModalWidget()
+        if not isinstance(dialog, QtWidgets.QFileDialog) or not dialog.isVisible():
+            return
+        self.timer.stop()
+        try:
+            edit = dialog.findChild(QtWidgets.QLineEdit, "fileNameEdit")
+            self.name = edit.text()
+            edit.setText(str(self.path))
+            press(dialog.findChild(QtWidgets.QDialogButtonBox).button(QtWidgets.QDialogButtonBox.Save))
+        finally:
+            if dialog.isVisible():
+                dialog.reject()
+
+
+def answer_file_dialog(path):
+    """Answer the next dialog that asks for a file; return who does it and what name was offered."""
+    return FileAnswer(path)
+
+
 def view_picture(name, background="Current", size=(1000, 700)):
     """Save a picture of the 3D view as an artifact and return its pixels (height, width, 3)."""
     path = OUT / f"{name}.png"

@@ -1,6 +1,10 @@
 """The way of the tutorial, with the real worker and real clicks; it makes the pictures of the tutorial."""
 
+import tempfile
+from pathlib import Path
+
 import FreeCADGui
+import Mesh
 import numpy as np
 from freecad.CadSkin import api, display, jobs, probe
 from freecad.CadSkin import skin as skins
@@ -8,6 +12,7 @@ from freecad.CadSkin.panels import base, color_map, instances
 from freecad.CadSkin.panels import skin as skin_panel
 from gui_support import (
     GuiTest,
+    answer_file_dialog,
     click,
     count_colors,
     legend_area,
@@ -15,6 +20,7 @@ from gui_support import (
     press,
     process_events,
     screen_picture,
+    tool_button,
     view,
     view_picture,
     wait_until,
@@ -103,6 +109,7 @@ class WorkflowTest(GuiTest):
 
         self.probe_and_map(skin)
         self.many(skin)
+        self.export(skin)
 
     def probe_and_map(self, skin):
         """Read a value by a click, then try the panel of the map."""
@@ -162,6 +169,30 @@ class WorkflowTest(GuiTest):
         skin_panel.show(skin)
         process_events(0.2)
         screen_picture("panel_skin_of_many")
+
+    def export(self, skin):
+        """Click Export in the tool bar, name a file, click Save: the file holds the part that is shown."""
+        FreeCADGui.Control.closeDialog()
+        FreeCADGui.Selection.clearSelection()
+        FreeCADGui.Selection.addSelection(skin)
+        process_events(0.3)
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "shown.stl"
+            save = answer_file_dialog(path)
+            press(tool_button("CadSkin_Export"))
+            wait_until(path.exists, 60, "the exported mesh")
+            assert save.name.startswith(skin.Label), save.name
+            mesh = Mesh.Mesh(str(path))
+        number = skin.ShownInstance
+        assert number == 7
+        result = skins.result(skin)
+        assert mesh.CountFacets == len(result.triangles)
+        box = mesh.BoundBox
+        lower, upper = np.array([[box.XMin, box.YMin, box.ZMin], [box.XMax, box.YMax, box.ZMax]])
+        shown = result.points + result.displacement[number]
+        np.testing.assert_allclose([lower, upper], [shown.min(axis=0), shown.max(axis=0)], atol=1e-4)
+        other = result.points + result.displacement[0]
+        assert np.abs(other.max(axis=0) - upper).max() > 1e-4
 
     def assert_active(self, command, expected):
         """Check whether a command is offered."""
