@@ -154,8 +154,10 @@ def gather_products(
         factors, numbers, data = _data(context, builder, signature, values, 0, 3, 5)
         low, stop = cgutils.unpack_tuple(builder, values[4])
         sums = _empty_sums(builder)
+        last = builder.sub(builder.sdiv(builder.sub(stop, low), _int(LINES)), _int(1))
 
-        def step(i: Any) -> None:
+        def step(k: Any) -> None:
+            i = builder.sub(last, k)  # backwards through the memory, as the panels go
             begin = builder.add(values[1], builder.mul(values[2], i))
             lines = builder.add(low, builder.mul(i, _int(LINES)))
             for q in range(LINES):
@@ -164,7 +166,7 @@ def gather_products(
                 for k, total in enumerate(sums):
                     _add_product(builder, total, _number(builder, factors, begin, LINES * k + q), line)
 
-        _loop(builder, builder.sdiv(builder.sub(stop, low), _int(LINES)), step)
+        _loop(builder, builder.add(last, _int(1)), step)
         for k, total in enumerate(sums):
             with builder.if_then(builder.icmp_signed("<", _int(k), values[8])):
                 _update(builder, data, builder.add(values[6], _int(k)), values[7], total)

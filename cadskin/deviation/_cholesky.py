@@ -14,6 +14,7 @@ import numpy as np
 
 from cadskin._jit import kernel
 from cadskin.deviation._blocks import LINES, add_products, gather_products
+from cadskin.deviation._dissection import halves_of, renumbered
 from cadskin.deviation._frontal import factorised
 from cadskin.deviation._supernodes import find_supernodes
 from cadskin.errors import DeviationError
@@ -51,11 +52,13 @@ class SparseCholesky:
     """
 
     def __init__(self, matrix: csr_array, points: Points) -> None:
-        nodes = find_supernodes(matrix, points)
-        panels = factorised(matrix, nodes)
+        halves = halves_of(points)
+        local = renumbered(matrix, halves.order)
+        nodes = find_supernodes(local, halves)
+        panels = factorised(local, nodes)
         if panels is None:
             raise DeviationError("the matrix is not positive definite: the mesh has degenerate triangles")
-        self.order: Ints = nodes.order.astype(np.int64)
+        self.order: Ints = halves.order[nodes.order].astype(np.int64)
         self._panels = panels
 
     def solve_columns(self, columns: NDArray[np.float32]) -> None:

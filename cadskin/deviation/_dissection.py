@@ -12,7 +12,7 @@ doi:10.1109/SFCS.1981.21 (covers from the leaves on, exact where the cut edges h
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -24,30 +24,68 @@ if TYPE_CHECKING:
 
     from cadskin._typing import Ints, Points
 
-__all__ = ["dissect", "nested_dissection"]
+__all__ = ["Halves", "SymmetricMatrix", "dissect", "halves_of", "nested_dissection", "renumbered"]
 
 _LEAF = 16  # vertices up to which a part of the mesh is not halved further
 _SAMPLE = 15  # points looked at, or up to twice as many, to choose the place of a cut
 _SLACK = 16  # parts of the points: a half may have one more or less of these
 
 
-def nested_dissection(matrix: csr_array, points: Points) -> Ints:
-    """Return an order that cuts the mesh in halves again and again, separators last."""
-    starts, columns = (np.asarray(part, dtype=np.int32) for part in (matrix.indptr, matrix.indices))
-    return np.asarray(dissect(starts, columns, points)[0], dtype=np.int64)
+class Halves(NamedTuple):
+    """Points in an order of halves of halves.
+
+    Parameters
+    ----------
+    order : (n,) int32
+    leaf : (n,) int32
+        The last part that each place belongs to, in a complete binary tree, from left to right.
+    depth : int
+        Number of halvings.
+    """
+
+    order: NDArray[np.int32]
+    leaf: NDArray[np.int32]
+    depth: int
 
 
-def dissect(
-    starts: NDArray[np.int32], columns: NDArray[np.int32], points: Points
-) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-    """Return the vertices of a graph in the order of a nested dissection.
+class SymmetricMatrix(NamedTuple):
+    """All entries of a symmetric matrix, row by row.
 
     Parameters
     ----------
     starts : (n + 1,) int32
     columns : (starts[-1],) int32
-        Neighbours of each vertex; a neighbour has the vertex as its own.
-    points : (n, d) float
+    data : (starts[-1],) float64
+    """
+
+    starts: NDArray[np.int32]
+    columns: NDArray[np.int32]
+    data: NDArray[np.float64]
+
+
+def nested_dissection(matrix: csr_array, points: Points) -> Ints:
+    """Return an order that cuts the mesh in halves again and again, separators last."""
+    halves = halves_of(points)
+    return halves.order[dissect(renumbered(matrix, halves.order), halves)[0]].astype(np.int64)
+
+
+def halves_of(points: Points) -> Halves:
+    """Halve points (n, d) again and again."""
+    depth = 0
+    while len(points) >> depth > _LEAF:
+        depth += 1
+    order, leaf = _halve(np.array(points, dtype=np.float64, order="C"), depth)
+    return Halves(order, leaf, depth)
+
+
+def renumbered(matrix: csr_array, order: NDArray[np.int32]) -> SymmetricMatrix:
+    """Return a matrix with rows and columns in another order; neighbours on the mesh are near in memory."""
+    starts, columns = (np.asarray(part, dtype=np.int32) for part in (matrix.indptr, matrix.indices))
+    return SymmetricMatrix(*_renumbered(starts, columns, np.asarray(matrix.data, dtype=np.float64), order))
+
+
+def dissect(matrix: SymmetricMatrix, halves: Halves) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """Return the rows of a matrix, in the order of halves, in that of a nested dissection.
 
     Returns
     -------
@@ -55,13 +93,8 @@ def dissect(
     parts : (k + 1,) int32
         Where each leaf or separator begins that is not empty, in postorder of their tree; the last is n.
     """
-    depth = 0
-    while len(points) >> depth > _LEAF:
-        depth += 1
-    halves, leaf = _halve(np.array(points, dtype=np.float64), depth)
-    graph = _renumbered(starts, columns, halves)
-    order, parts = _postorder(_tree_nodes(graph, leaf, depth), depth)
-    return halves[order], parts
+    order, parts = _postorder(_tree_nodes(matrix, halves.leaf, halves.depth), halves.depth)
+    return order, parts
 
 
 @kernel
@@ -121,6 +154,8 @@ def _cut(points: Any, ids: Any, low: int, high: int, sample: Any) -> int:
         place = _smaller_first(points, ids, first, last, axis, limit)
         if place == first:  # nothing is below: those equal to the limit go first
             place = _smaller_first(points, ids, first, last, axis, np.nextafter(limit, np.inf))
+            if place == first:
+                return middle  # no numbers
             if place > middle:  # the middle is among points of one coordinate: beside them, or through them
                 nearest = place if place - middle < middle - first else first
                 return nearest if abs(nearest - middle) <= (high - low) // 4 else middle
@@ -145,7 +180,8 @@ def _halve(points: Any, depth: int) -> Any:
     sample = np.zeros(_SAMPLE + 1)
     stops = np.zeros(depth + 1, dtype=np.int64)  # of the parts around the present one
     stops[0] = n
-    low, path, level = np.int64(0), np.int64(0), 0  # no literals: they would compile the kernels twice
+    low: Any = np.int64(0)  # no literal: it would compile the kernels twice
+    path, level = 0, 0
     while True:
         while level < depth:
             level += 1
@@ -164,26 +200,29 @@ def _halve(points: Any, depth: int) -> Any:
 
 
 @kernel
-def _renumbered(starts: Any, columns: Any, order: Any) -> Any:
-    """Return the graph with its vertices in another order."""
+def _renumbered(starts: Any, columns: Any, data: Any, order: Any) -> Any:
+    """Return starts, columns and entries of a matrix with its rows and columns in another order."""
     n = order.size
     place = np.zeros(n, dtype=np.int32)
     for i in range(n):
         place[order[i]] = i
     begin = np.zeros(n + 1, dtype=np.int32)
     neighbours = np.zeros(columns.size, dtype=np.int32)
+    entries = np.zeros(columns.size)
     q = 0
     for i in range(n):
         for p in range(starts[order[i]], starts[order[i] + 1]):
             neighbours[q] = place[columns[p]]
+            entries[q] = data[p]
             q += 1
         begin[i + 1] = q
-    return begin, neighbours
+    return begin, neighbours, entries
 
 
 @kernel
-def _cutting(starts: Any, columns: Any, leaf: Any, depth: int) -> Any:
+def _cutting(matrix: Any, leaf: Any, depth: int) -> Any:
     """Halvings that cut an edge of each vertex, as bits; the lowest bit is the last halving."""
+    starts, columns, _ = matrix
     highest = np.zeros(1 << depth, dtype=np.int32)
     for apart in range(1, 1 << depth):
         highest[apart] = max(1, 2 * highest[apart >> 1])
@@ -197,23 +236,23 @@ def _cutting(starts: Any, columns: Any, leaf: Any, depth: int) -> Any:
 
 
 @kernel
-def _tree_nodes(graph: Any, leaf: Any, depth: int) -> Any:
+def _tree_nodes(matrix: Any, leaf: Any, depth: int) -> Any:
     """Node of the tree, numbered as in a heap, that each vertex belongs to: separators and leaves."""
-    starts, columns = graph
     n = leaf.size
-    bits = _cutting(starts, columns, leaf, depth)
+    bits = _cutting(matrix, leaf, depth)
     node = np.zeros(n, dtype=np.int32)
     degree = np.zeros(n, dtype=np.int32)
     edge = np.zeros(n + 1, dtype=np.int32)
     stack = np.zeros(n, dtype=np.int32)
     for bit in range(depth - 1, -1, -1):
-        count, own = np.int64(0), np.int64(0)  # no literals: they would compile the kernel twice
+        count: Any = np.int64(0)  # no literals: they would compile the kernel twice
+        own: Any = np.int64(0)
         for i in range(n + 1):
             if i < n and ((bits[i] >> bit) & 1 == 0 or node[i] != 0):
                 continue
             here = (1 << (depth - bit - 1)) + (leaf[i] >> (bit + 1)) if i < n else 0
             if here != own:
-                _cover(graph, leaf, bit, (edge, count), node, own, degree, stack)
+                _cover(matrix, leaf, bit, (edge, count), node, own, degree, stack)
                 count, own = np.int64(0), here
             edge[count] = i
             count += 1
@@ -224,7 +263,7 @@ def _tree_nodes(graph: Any, leaf: Any, depth: int) -> Any:
 
 
 @kernel
-def _cover(graph: Any, leaf: Any, bit: int, edge: Any, node: Any, own: int, degree: Any, stack: Any) -> None:
+def _cover(matrix: Any, leaf: Any, bit: int, edge: Any, node: Any, own: int, degree: Any, stack: Any) -> None:
     """Put a small cover of the edges that a halving cuts into its node ``own``.
 
     ``edge`` holds the vertices of these edges and their number.
@@ -232,7 +271,7 @@ def _cover(graph: Any, leaf: Any, bit: int, edge: Any, node: Any, own: int, degr
     The neighbour of a vertex with one edge left is taken, again and again, then all that is left of the side
     with fewer vertices. ``degree`` is zero before and after.
     """
-    starts, columns = graph
+    starts, columns, _ = matrix
     vertices, count = edge
     top = 0
     for v in range(count):

@@ -23,8 +23,8 @@ from cadskin.deviation._blocks import LINES, WIDTH, eliminate, keep_lines, subtr
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-    from scipy.sparse import csr_array
 
+    from cadskin.deviation._dissection import SymmetricMatrix
     from cadskin.deviation._supernodes import Supernodes
 
 __all__ = ["Panels", "factorised"]
@@ -58,12 +58,10 @@ class Panels(NamedTuple):
     values: NDArray[np.float32]
 
 
-def factorised(matrix: csr_array, nodes: Supernodes) -> Panels | None:
-    """Return the factor of a symmetric matrix, None where it is not positive definite."""
-    starts, columns = (np.asarray(part, dtype=np.int32) for part in (matrix.indptr, matrix.indices))
+def factorised(matrix: SymmetricMatrix, nodes: Supernodes) -> Panels | None:
+    """Return the factor of a matrix, None where it is not positive definite."""
     panels = Panels(*_panels(nodes))
-    done = _factor(starts, columns, np.asarray(matrix.data, dtype=np.float64), nodes, panels, _room(nodes))
-    return panels if done else None
+    return panels if _factor(matrix, nodes, panels, _room(nodes)) else None
 
 
 @kernel
@@ -129,7 +127,7 @@ def _panels(nodes: Any) -> Any:
 
 
 @kernel
-def _factor(starts: Any, columns: Any, data: Any, nodes: Any, panels: Any, room: Any) -> bool:
+def _factor(matrix: Any, nodes: Any, panels: Any, room: Any) -> bool:
     n, last = nodes.order.size, room[room.size - 1]
     place = np.zeros(n, dtype=np.int32)
     for i in range(n):
@@ -144,7 +142,7 @@ def _factor(starts: Any, columns: Any, data: Any, nodes: Any, panels: Any, room:
         size, below, side = _shape(nodes, s)
         if not opened[s]:
             _open(fronts, at, side)
-        _add_entries(starts, columns, data, nodes, s, place, local, fronts, at)
+        _add_entries(matrix, nodes, s, place, local, fronts, at)
         if not _eliminated(fronts, at, size, side, inverse):
             return False
         for c in range(0, size, _PANEL):
@@ -159,7 +157,7 @@ def _factor(starts: Any, columns: Any, data: Any, nodes: Any, panels: Any, room:
             )
             panel += 1
         if side > below:
-            parent = np.int64(nodes.parent[s])
+            parent: Any = np.int64(nodes.parent[s])  # of one type with s: `_shape` is compiled once
             target = room[nodes.depth[parent]]
             if not opened[parent]:
                 opened[parent] = True
@@ -178,10 +176,9 @@ def _open(fronts: Any, at: int, side: int) -> None:
 
 
 @kernel
-def _add_entries(
-    starts: Any, columns: Any, data: Any, nodes: Any, s: int, place: Any, local: Any, fronts: Any, at: int
-) -> None:
+def _add_entries(matrix: Any, nodes: Any, s: int, place: Any, local: Any, fronts: Any, at: int) -> None:
     """Add the entries of the matrix to a front, on and above the diagonal of its own rows."""
+    starts, columns, data = matrix
     size, below, side = _shape(nodes, s)
     strip = _up(side, WIDTH) * WIDTH
     low = nodes.begin[s]
@@ -275,7 +272,7 @@ def _keep(fronts: Any, at: int, part: Any, inverse: Any, room: int, values: Any,
 def _pass_on(nodes: Any, s: int, steps: Any, fronts: Any, at: int, target: int) -> None:
     """Add what a front leaves below its own columns to that of its parent; ``steps`` is scratch."""
     _, below, side = _shape(nodes, s)
-    parent = np.int64(nodes.parent[s])
+    parent: Any = np.int64(nodes.parent[s])
     size, begin, wide = _shape(nodes, parent)
     own, low = nodes.first[s], nodes.begin[parent]
     k = nodes.first[parent]

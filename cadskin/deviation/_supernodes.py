@@ -21,9 +21,8 @@ from cadskin.deviation._dissection import dissect
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-    from scipy.sparse import csr_array
 
-    from cadskin._typing import Points
+    from cadskin.deviation._dissection import Halves, SymmetricMatrix
 
 __all__ = ["Supernodes", "find_supernodes"]
 
@@ -55,11 +54,10 @@ class Supernodes(NamedTuple):
     rows: NDArray[np.int32]
 
 
-def find_supernodes(matrix: csr_array, points: Points) -> Supernodes:
-    """Order a symmetric matrix by nested dissection and find the structure of its factor."""
-    starts, columns = (np.asarray(part, dtype=np.int32) for part in (matrix.indptr, matrix.indices))
-    order, parts = dissect(starts, columns, points)
-    before = _earlier_neighbours(starts, columns, order)
+def find_supernodes(matrix: SymmetricMatrix, halves: Halves) -> Supernodes:
+    """Order a matrix, its rows in the order of halves, by dissection; find the structure of its factor."""
+    order, parts = dissect(matrix, halves)
+    before = _earlier_neighbours(matrix.starts, matrix.columns, order)
     members, begin, parent = _connected_parts(before, parts)
     number, depth = _tree_order(parent)
     places, begin, parent, depth = _arranged(members, begin, parent, number, depth)
@@ -112,7 +110,7 @@ def _connected_parts(before: Any, parts: Any) -> Any:
     members = np.arange(n).astype(np.int32)
     begin = np.zeros(n + 1, dtype=np.int32)
     above = np.full(n, -1, dtype=np.int32)
-    count = np.int64(0)  # no literal: it would compile the kernel twice
+    count: Any = np.int64(0)  # no literal: it would compile the kernel twice
     for part in range(parts.size - 1):
         low, high = parts[part], parts[part + 1]
         components = high - low

@@ -10,7 +10,7 @@ from scipy.sparse import block_diag, csr_array, eye_array, random_array
 from surfaces import ball, plane, rounded_slab, tube
 
 from cadskin.deviation._cholesky import SparseCholesky
-from cadskin.deviation._dissection import dissect, nested_dissection
+from cadskin.deviation._dissection import dissect, halves_of, nested_dissection, renumbered
 from cadskin.deviation._linear import COLUMNS
 from cadskin.errors import DeviationError
 from cadskin.shape.operators import cotangent_laplacian
@@ -100,7 +100,9 @@ def test_tiny_matrices(count):
 def test_parts_of_a_dissection_meet_in_later_parts_only():
     """Each part is a separator of a tree: going up from it, its neighbours are in parts above it."""
     matrix, points = matrix_of(MESHES["irregular"])
-    order, parts = dissect(matrix.indptr.astype(np.int32), matrix.indices.astype(np.int32), points)
+    halves = halves_of(points)
+    order, parts = dissect(renumbered(matrix, halves.order), halves)
+    order = halves.order[order]
     assert np.array_equal(np.sort(order), np.arange(len(points)))
     assert np.array_equal(order, nested_dissection(matrix, points))
     assert parts[0] == 0
