@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from cadskin.deviation.samplers import Sampler
     from cadskin.shape import Feature, NominalModel
 
-__all__ = ["FormModel", "Framed", "check_frame", "placed"]
+__all__ = ["FormModel", "Framed", "check_frame", "placed", "scaled"]
 
 
 class Framed(Protocol):
@@ -85,6 +85,12 @@ class FormModel(DeviationModel):
 
     def _on(self, feature: Feature) -> Floats:
         return self.height(*placed(feature, self, self.rotation))
+
+
+def scaled(form: Floats, amplitude: float) -> Floats:
+    """Return a form (k,) scaled to a height from peak to valley [mm]; zero where it is constant."""
+    span = float(np.ptp(form)) if len(form) else 0.0
+    return np.asarray(amplitude / span * form) if span > 0 else np.zeros_like(form)
 
 
 def _centre(centre: tuple[float, float], owner: object) -> tuple[float, float]:

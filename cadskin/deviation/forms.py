@@ -22,7 +22,7 @@ from cadskin.deviation._parameters import finite, positive
 from cadskin.deviation._tangent import form_sampler
 from cadskin.deviation.base import MM, RAD, DeviationModel
 from cadskin.deviation.coordinates import Vector3
-from cadskin.deviation.form_model import FormModel, check_frame, placed
+from cadskin.deviation.form_model import FormModel, check_frame, placed, scaled
 from cadskin.deviation.registry import register
 from cadskin.errors import DeviationError
 
@@ -116,7 +116,7 @@ class Paraboloid(FormModel):
 
     def height(self, x: Floats, y: Floats) -> Floats:
         """Return amplitude times the normalised quadratic form."""
-        return _scaled(x * x + self.ratio * (y * y), self.amplitude)
+        return scaled(x * x + self.ratio * (y * y), self.amplitude)
 
 
 @register
@@ -152,7 +152,7 @@ class Cone(FormModel):
 
     def height(self, x: Floats, y: Floats) -> Floats:
         """Return amplitude times the normalised radius."""
-        return _scaled(np.hypot(x, y), self.amplitude)
+        return scaled(np.hypot(x, y), self.amplitude)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -333,12 +333,6 @@ def morph(start: DeviationModel, end: DeviationModel, share: float) -> Deviation
     0.75 * Sphere(amplitude=0.05 mm) + 0.25 * Saddle(amplitude=0.02 mm)
     """
     return (1.0 - share) * start + share * end
-
-
-def _scaled(form: Floats, amplitude: float) -> Floats:
-    """Scale a form (k,) to a peak-to-valley height."""
-    span = float(np.ptp(form)) if len(form) else 0.0
-    return amplitude / span * form if span > 0 else np.zeros_like(form)
 
 
 def _reach(x: Floats, y: Floats) -> float:

@@ -16,6 +16,7 @@ from cadskin.deviation.algebra import SumModel
 from cadskin.deviation.base import MM, RAD, DeviationModel
 from cadskin.deviation.coordinates import around, surface_coordinates
 from cadskin.deviation.field import GaussianField
+from cadskin.deviation.form_model import scaled
 from cadskin.deviation.registry import register
 from cadskin.errors import DeviationError
 from cadskin.shape.ideal import Cone, Cylinder, Sphere, Torus
@@ -85,14 +86,14 @@ class Waviness(DeviationModel):
 class Lobing(DeviationModel):
     """A form with n lobes around; drilled holes tend to three.
 
-    On a cylinder, cone or torus d = a/2 cos(n theta) around its axis; on a sphere a/2 sin(phi)^n cos(n theta)
-    around the mean normal (the sectoral harmonic); on other faces a/2 (r / r_max)^n cos(n theta) around the
-    centroid (the polynomial of Zernike of degree and order n, on a disc).
+    On a cylinder, cone or torus d = a/2 cos(n theta) around its axis. Scaled to the amplitude: on a sphere
+    sin(phi)^n cos(n theta) around the mean normal (the sectoral harmonic); on other faces r^n cos(n theta)
+    around the centroid (Zernike's polynomial of degree and order n).
 
     Parameters
     ----------
     amplitude : float
-        Peak-to-valley height around, where it is greatest [mm].
+        Peak-to-valley height [mm].
     lobes : int
         > 0.
     """
@@ -119,7 +120,7 @@ class Lobing(DeviationModel):
         reach = (
             np.sin(radius / ideal.radius) if isinstance(ideal, Sphere) else radius / max(radius.max(), 1e-300)
         )
-        return np.asarray(0.5 * self.amplitude * reach**self.lobes * np.cos(self.lobes * np.arctan2(y, x)))
+        return scaled(reach**self.lobes * np.cos(self.lobes * np.arctan2(y, x)), self.amplitude)
 
 
 @register
