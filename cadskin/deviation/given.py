@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from cadskin.deviation._crossings import distance_along_normals
 from cadskin.deviation._parameters import array_of, finite, is_listed
 from cadskin.deviation._tangent import form_sampler
 from cadskin.deviation.base import MM, DeviationModel
@@ -232,55 +233,3 @@ class Towards(DeviationModel):
 
     def __hash__(self) -> int:
         return hash(str(self))
-
-
-def distance_along_normals(points: Points, normals: Vectors, surface: Any) -> Floats:
-    """Return the signed distance along the normals to the nearest crossing of a surface.
-
-    Newton's iteration on the distance function, to either side; a normal that does not meet the surface gives
-    NaN.
-
-    Parameters
-    ----------
-    points, normals : (k, 3) float
-        [mm].
-    surface : Plane, Cylinder, Cone, Sphere or Torus
-
-    Returns
-    -------
-    (k,) float
-        [mm].
-
-    Examples
-    --------
-    >>> from cadskin.shape import Sphere
-    >>> point, normal = np.array([[0.0, 0, 0.5]]), np.array([[0.0, 0, 1]])
-    >>> distance_along_normals(point, normal, Sphere([0, 0, 0], 2.0)).round(9)
-    array([1.5])
-    """
-    gap = np.abs(surface.distance(points))
-    ways = np.stack([_crossing(points, normals, surface, start) for start in (gap, -gap)])
-    lengths = np.where(np.isnan(ways), np.inf, np.abs(ways))
-    return np.asarray(ways[lengths.argmin(axis=0), np.arange(len(points))])
-
-
-def _crossing(points: Points, normals: Vectors, surface: Any, start: Floats) -> Floats:
-    """Signed distance (k,) along the normals to the crossing that Newton finds from ``start``, or NaN."""
-    found = start
-    for _ in range(60):
-        value = surface.distance(points + found[:, None] * normals)
-        slope = _slope(points, normals, surface, found)
-        step = value / np.where(np.abs(slope) > 1e-9, slope, np.nan)
-        found = found - step
-        if not (np.abs(step) > 1e-13 * (1.0 + np.abs(found))).any():
-            break
-    missed = ~(np.abs(surface.distance(points + found[:, None] * normals)) < 1e-9 * (1.0 + np.abs(found)))
-    return np.where(missed, np.nan, found)
-
-
-def _slope(points: Points, normals: Vectors, surface: Any, at: Any) -> Floats:
-    """Change of the distance along the normal, by central differences."""
-    step = 1e-6 * (1.0 + float(np.abs(points).max(initial=0.0)))
-    here = points + np.broadcast_to(at, len(points))[:, None] * normals
-    ahead, behind = surface.distance(here + step * normals), surface.distance(here - step * normals)
-    return np.asarray((ahead - behind) / (2 * step))

@@ -17,6 +17,7 @@ from cadskin.deviation import (
     Saddle,
     Sphere,
     Towards,
+    biconic_sag,
     from_dict,
     from_text,
 )
@@ -143,6 +144,17 @@ def test_distance_to_a_cylinder_along_the_normals_of_a_cylinder():
         exact = along + np.sqrt((20 + size) ** 2 - e @ e + along**2) - 20
         assert np.allclose(found, exact, atol=1e-11)
         assert np.abs(found - (along + size)).max() < error  # second order
+
+
+@pytest.mark.parametrize("radius", [1e4, 1e6, 1e8, 1e10])
+def test_targets_of_huge_radii_are_exact(radius):
+    """The way to a sphere or cylinder along the normals of a plane is the sag, relative error at rounding."""
+    part = plane((120.0, 80.0), h=20.0, jitter=0.0)
+    x, y, _ = (rows(part) - [60, 40, 0]).T
+    found = Towards(IdealSphere([60, 40, radius], radius)).sample(part)[0]
+    assert np.allclose(found, biconic_sag(np.hypot(x, y), 0 * y, 1 / radius, 0.0), rtol=1e-13, atol=0)
+    found = Towards(IdealCylinder([60, 40, radius], [0, 1, 0], radius)).sample(part)[0]
+    assert np.allclose(found, biconic_sag(x, 0 * y, 1 / radius, 0.0), rtol=1e-13, atol=0)
 
 
 def test_crossings_on_both_sides():
