@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import json
 import re
 from typing import Any
 
 from .faces import InputError, check_faces, face_numbers, link_faces, part_of
-from .objects import HIDDEN, READ_ONLY, Field, Proxy, attach_view, objects_of, set_status
+from .objects import EXTRA, SIGNATURE, STATUS, Field, Proxy, attach_view, new_object, objects_of, with_extra
 
 __all__ = [
     "TYPE",
@@ -32,14 +31,14 @@ class DatumProxy(Proxy):
     FIELDS = (
         Field("App::PropertyLinkSubGlobal", "Faces", "The faces of the datum feature"),
         Field("App::PropertyString", "Letter", "Its letter"),
-        Field("App::PropertyString", "Extra", "Further properties, as in a spec file (JSON)", "{}", HIDDEN),
-        Field("App::PropertyStringList", "Signature", "What the faces looked like", None, HIDDEN),
-        Field("App::PropertyString", "Status", "Whether it can be used", None, READ_ONLY),
+        EXTRA,
+        SIGNATURE,
+        STATUS,
     )
 
-    def execute(self, obj: Any) -> None:
-        """Check faces and letter."""
-        set_status(obj, problem(obj) or "OK")
+    def problem(self, obj: Any) -> str | None:
+        """Say why it cannot be used; None where it can."""
+        return problem(obj)
 
 
 def make_datum(document: Any, part: Any, faces: Any, letter: str | None = None) -> Any:
@@ -50,17 +49,12 @@ def make_datum(document: Any, part: Any, faces: Any, letter: str | None = None) 
     InputError
         See `faces.link_faces`, or the letter is taken; the document is left as it was.
     """
-    obj = document.addObject("App::FeaturePython", "Datum")
-    try:
-        DatumProxy(obj)
+    with new_object(document, DatumProxy, "Datum") as obj:
         link_faces(obj, part, faces)
         obj.Letter = next_letter(part_of(obj)) if letter is None else letter.strip()
         told = problem(obj)
         if told:
             raise InputError(told)
-    except BaseException:
-        document.removeObject(obj.Name)
-        raise
     obj.Label = f"Datum {obj.Letter}"
     attach_view(obj, "view_datum")
     obj.touch()
@@ -107,6 +101,4 @@ def letters_in(text: str) -> list[str]:
 
 def datum_table(obj: Any) -> dict[str, Any]:
     """Return a datum as the worker takes it."""
-    table: dict[str, Any] = {"letter": obj.Letter, "faces": face_numbers(obj)}
-    extra = json.loads(obj.Extra or "{}")
-    return {**table, "extra": extra} if extra else table
+    return with_extra({"letter": obj.Letter, "faces": face_numbers(obj)}, obj)

@@ -6,7 +6,7 @@ import json
 from typing import Any
 
 from .faces import check_faces, face_numbers, link_faces
-from .objects import HIDDEN, READ_ONLY, Field, Proxy, attach_view, set_status
+from .objects import HIDDEN, READ_ONLY, SIGNATURE, STATUS, Field, Proxy, attach_view, extra_of, new_object
 
 __all__ = ["TYPE", "DimensionProxy", "dimension_table", "make_dimension", "problem"]
 
@@ -22,20 +22,19 @@ class DimensionProxy(Proxy):
         Field("App::PropertyLinkSubGlobal", "Faces", "The faces that it measures"),
         Field("App::PropertyString", "Text", "The dimension", None, READ_ONLY),
         Field("App::PropertyString", "Extra", "Its values, as in a spec file (JSON)", "{}", HIDDEN),
-        Field("App::PropertyStringList", "Signature", "What the faces looked like", None, HIDDEN),
-        Field("App::PropertyString", "Status", "Whether it can be used", None, READ_ONLY),
+        SIGNATURE,
+        STATUS,
     )
 
-    def execute(self, obj: Any) -> None:
-        """Check the faces."""
-        set_status(obj, problem(obj) or "OK")
+    def problem(self, obj: Any) -> str | None:
+        """Say why it cannot be used; None where it can."""
+        return problem(obj)
 
 
 def make_dimension(document: Any, part: Any, row: dict[str, Any]) -> Any:
     """Make a dimension of a table of the worker: ``{id, faces, extra}``."""
-    obj = document.addObject("App::FeaturePython", "Dimension")
-    DimensionProxy(obj)
-    link_faces(obj, part, [f"Face{number}" for number in row["faces"]])
+    with new_object(document, DimensionProxy, "Dimension") as obj:
+        link_faces(obj, part, [f"Face{number}" for number in row["faces"]])
     obj.Extra = json.dumps(row["extra"], ensure_ascii=False)
     obj.Text = _text(row["extra"])
     obj.Label = f"{obj.Text} ({row['id']})"
@@ -62,4 +61,4 @@ def problem(obj: Any) -> str | None:
 
 def dimension_table(obj: Any) -> dict[str, Any]:
     """Return a dimension as the worker takes it."""
-    return {"id": obj.Name, "faces": face_numbers(obj), "extra": json.loads(obj.Extra or "{}")}
+    return {"id": obj.Name, "faces": face_numbers(obj), "extra": extra_of(obj)}

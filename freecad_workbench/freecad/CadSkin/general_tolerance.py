@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
 from .faces import InputError, part_problem, whole_part
-from .objects import HIDDEN, READ_ONLY, Field, Proxy, attach_view, objects_of, set_status
+from .objects import EXTRA, STATUS, Field, Proxy, attach_view, new_object, objects_of, with_extra
 
 __all__ = ["TYPE", "GeneralProxy", "general_of", "general_table", "make_general", "problem"]
 
@@ -23,13 +22,13 @@ class GeneralProxy(Proxy):
         Field("App::PropertyLinkGlobal", "Part", "The part that it is for"),
         Field("App::PropertyEnumeration", "Characteristic", "What it bounds", _KINDS),
         Field("App::PropertyLength", "Value", "Width of the tolerance zone"),
-        Field("App::PropertyString", "Extra", "Further properties, as in a spec file (JSON)", "{}", HIDDEN),
-        Field("App::PropertyString", "Status", "Whether it can be used", None, READ_ONLY),
+        EXTRA,
+        STATUS,
     )
 
-    def execute(self, obj: Any) -> None:
-        """Check part and value."""
-        set_status(obj, problem(obj) or "OK")
+    def problem(self, obj: Any) -> str | None:
+        """Say why it cannot be used; None where it can."""
+        return problem(obj)
 
 
 def make_general(document: Any, part: Any, value: float, characteristic: str = "surface_profile") -> Any:
@@ -50,9 +49,8 @@ def make_general(document: Any, part: Any, value: float, characteristic: str = "
         raise InputError(f"a general tolerance is one of {', '.join(_KINDS)}, not {characteristic}")
     obj = general_of(part)
     if obj is None:
-        obj = document.addObject("App::FeaturePython", "GeneralTolerance")
-        GeneralProxy(obj)
-        obj.Part = part
+        with new_object(document, GeneralProxy, "GeneralTolerance") as obj:
+            obj.Part = part
         obj.Label = "General tolerance"
         attach_view(obj, "view_tolerance")
     obj.Characteristic = characteristic
@@ -76,6 +74,4 @@ def problem(obj: Any) -> str | None:
 
 def general_table(obj: Any) -> dict[str, Any]:
     """Return it as the worker takes it."""
-    table: dict[str, Any] = {"characteristic": obj.Characteristic, "value": float(obj.Value.Value)}
-    extra = json.loads(obj.Extra or "{}")
-    return {**table, "extra": extra} if extra else table
+    return with_extra({"characteristic": obj.Characteristic, "value": float(obj.Value.Value)}, obj)

@@ -14,7 +14,7 @@ from .dimension import make_dimension
 from .engine import Job
 from .faces import InputError, link_faces, warn
 from .general_tolerance import make_general
-from .objects import attach_view, transaction
+from .objects import attach_view, new_object, transaction
 from .tolerance import ToleranceProxy
 
 __all__ = ["finish_import", "import_file", "start_import"]
@@ -125,9 +125,8 @@ def _keep_notes(part: Any, record: dict[str, Any]) -> None:
 def _datum(document: Any, part: Any, row: dict[str, Any]) -> None:
     if not row["faces"]:
         return
-    obj = document.addObject("App::FeaturePython", "Datum")
-    DatumProxy(obj)
-    link_faces(obj, part, [f"Face{number}" for number in row["faces"]])
+    with new_object(document, DatumProxy, "Datum") as obj:
+        link_faces(obj, part, [f"Face{number}" for number in row["faces"]])
     obj.Letter, obj.Label = row["letter"], f"Datum {row['letter']}"
     obj.Extra = json.dumps(row.get("extra", {}), ensure_ascii=False)
     attach_view(obj, "view_datum")
@@ -136,9 +135,8 @@ def _datum(document: Any, part: Any, row: dict[str, Any]) -> None:
 def _tolerance(document: Any, part: Any, row: dict[str, Any]) -> None:
     if not row["faces"]:
         return
-    obj = document.addObject("App::FeaturePython", "Tolerance")
-    ToleranceProxy(obj)
-    link_faces(obj, part, [f"Face{number}" for number in row["faces"]])
+    with new_object(document, ToleranceProxy, "Tolerance") as obj:
+        link_faces(obj, part, [f"Face{number}" for number in row["faces"]])
     obj.Characteristic, obj.Value = row["characteristic"], row["value"] or 0.0
     obj.Diameter, obj.Datums = bool(row.get("diameter")), row.get("datums") or ""
     obj.Modifiers = list(row.get("modifiers") or [])

@@ -2,13 +2,29 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 import FreeCAD
 
-__all__ = ["Field", "Proxy", "add_fields", "attach_view", "is_a", "objects_of", "set_status", "transaction"]
+__all__ = [
+    "EXTRA",
+    "SIGNATURE",
+    "STATUS",
+    "Field",
+    "Proxy",
+    "add_fields",
+    "attach_view",
+    "extra_of",
+    "is_a",
+    "new_object",
+    "objects_of",
+    "set_status",
+    "transaction",
+    "with_extra",
+]
 
 READ_ONLY, HIDDEN = 1, 2
 
@@ -34,6 +50,32 @@ class Field(NamedTuple):
     text: str
     value: Any = None
     mode: int = 0
+
+
+#: What objects of a specification share.
+EXTRA = Field("App::PropertyString", "Extra", "Further properties, as in a spec file (JSON)", "{}", HIDDEN)
+SIGNATURE = Field("App::PropertyStringList", "Signature", "What the faces looked like", None, HIDDEN)
+STATUS = Field("App::PropertyString", "Status", "Whether it can be used", None, READ_ONLY)
+
+
+def extra_of(obj: Any) -> dict[str, Any]:
+    """Return the further properties of an object, as in a spec file.
+
+    Raises
+    ------
+    ValueError
+        They are no JSON table.
+    """
+    values = json.loads(obj.Extra or "{}")
+    if not isinstance(values, dict):
+        raise ValueError("Extra must be a JSON table")
+    return values
+
+
+def with_extra(table: dict[str, Any], obj: Any) -> dict[str, Any]:
+    """Return a table for the worker with the further properties of an object, where it has any."""
+    extra = extra_of(obj)
+    return {**table, "extra": extra} if extra else table
 
 
 def add_fields(obj: Any, group: str, fields: Iterable[Field]) -> None:
@@ -64,6 +106,18 @@ def is_a(obj: Any, kind: str) -> bool:
 def objects_of(document: Any, *kinds: str) -> list[Any]:
     """Return our objects of these kinds in a document, in the order of their making."""
     return [obj for obj in document.Objects if any(is_a(obj, kind) for kind in kinds)]
+
+
+@contextmanager
+def new_object(document: Any, proxy: type[Proxy], name: str) -> Iterator[Any]:
+    """Yield a new object with a proxy; where what follows fails, the document is left as it was."""
+    obj = document.addObject("App::FeaturePython", name)
+    try:
+        proxy(obj)
+        yield obj
+    except BaseException:
+        document.removeObject(obj.Name)
+        raise
 
 
 def attach_view(obj: Any, module: str) -> None:
@@ -102,6 +156,14 @@ class Proxy:
             )
         else:
             obj.SchemaVersion = self.VERSION
+
+    def problem(self, obj: Any) -> str | None:
+        """Say why an object cannot be used; None where it can."""
+        raise NotImplementedError
+
+    def execute(self, obj: Any) -> None:
+        """Check the object; nothing is computed here."""
+        set_status(obj, self.problem(obj) or "OK")
 
     def onDocumentRestored(self, obj: Any) -> None:
         """Bring an object of an older version up to date."""

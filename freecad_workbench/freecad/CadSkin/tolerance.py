@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
 from .faces import check_faces, face_numbers, link_faces, part_of, surfaces_of
 from .kinds import CHARACTERISTICS, refusal
-from .objects import HIDDEN, READ_ONLY, Field, Proxy, attach_view, set_status
+from .objects import EXTRA, SIGNATURE, STATUS, Field, Proxy, attach_view, extra_of, new_object, with_extra
 
 __all__ = ["TYPE", "ToleranceProxy", "make_tolerance", "problem", "tolerance_table"]
 
@@ -29,14 +28,14 @@ class ToleranceProxy(Proxy):
         Field("App::PropertyString", "Model", "Deviation model: field, noise, field:kernel=matern32, ..."),
         Field("App::PropertyLength", "CorrelationLength", "Of the deviations; 0: a fifth of the part"),
         Field("App::PropertyFloat", "ZoneShare", "Standard deviation over value; 0: as the process allows"),
-        Field("App::PropertyString", "Extra", "Further properties, as in a spec file (JSON)", "{}", HIDDEN),
-        Field("App::PropertyStringList", "Signature", "What the faces looked like", None, HIDDEN),
-        Field("App::PropertyString", "Status", "Whether it can be used", None, READ_ONLY),
+        EXTRA,
+        SIGNATURE,
+        STATUS,
     )
 
-    def execute(self, obj: Any) -> None:
-        """Check faces and values; nothing is computed here."""
-        set_status(obj, problem(obj) or "OK")
+    def problem(self, obj: Any) -> str | None:
+        """Say why it cannot be used; None where it can."""
+        return problem(obj)
 
 
 def make_tolerance(document: Any, part: Any, faces: Any, characteristic: str, value: float) -> Any:
@@ -47,13 +46,8 @@ def make_tolerance(document: Any, part: Any, faces: Any, characteristic: str, va
     InputError
         See `faces.link_faces`; the document is left as it was.
     """
-    obj = document.addObject("App::FeaturePython", "Tolerance")
-    try:
-        ToleranceProxy(obj)
+    with new_object(document, ToleranceProxy, "Tolerance") as obj:
         link_faces(obj, part, faces)
-    except BaseException:
-        document.removeObject(obj.Name)
-        raise
     obj.Characteristic = characteristic
     obj.Value = value
     obj.Label = characteristic.replace("_", " ").capitalize()
@@ -102,14 +96,6 @@ def _model_problem(obj: Any) -> str | None:
     return None
 
 
-def extra_of(obj: Any) -> dict[str, Any]:
-    """Return the further properties as in a spec file."""
-    values = json.loads(obj.Extra or "{}")
-    if not isinstance(values, dict):
-        raise ValueError("Extra must be a JSON table")
-    return values
-
-
 def tolerance_table(obj: Any) -> dict[str, Any]:
     """Return a tolerance as the worker takes it."""
     table: dict[str, Any] = {
@@ -133,7 +119,4 @@ def tolerance_table(obj: Any) -> dict[str, Any]:
     asked = {key: value for key, value in wish.items() if value}
     if asked:
         table["deviation"] = asked
-    extra = extra_of(obj)
-    if extra:
-        table["extra"] = extra
-    return table
+    return with_extra(table, obj)

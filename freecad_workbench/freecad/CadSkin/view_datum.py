@@ -2,16 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from .view_base import PlainViewProvider
 
 __all__ = ["ViewProviderDatum", "attach_view"]
-
-
-def attach_view(view_object: Any) -> None:
-    """Give the view object of a new datum its view provider."""
-    ViewProviderDatum(view_object)
 
 
 class ViewProviderDatum(PlainViewProvider):
@@ -19,3 +12,6 @@ class ViewProviderDatum(PlainViewProvider):
 
     icon = "datum"
     panel = "datum"
+
+
+attach_view = ViewProviderDatum  #: gives the view object of a new datum its view provider

@@ -9,11 +9,6 @@ from .view_base import PlainViewProvider
 __all__ = ["ViewProviderDimension", "attach_view"]
 
 
-def attach_view(view_object: Any) -> None:
-    """Give the view object of a new dimension its view provider."""
-    ViewProviderDimension(view_object)
-
-
 class ViewProviderDimension(PlainViewProvider):
     """A dimension in the tree; it has no panel."""
 
@@ -22,3 +17,6 @@ class ViewProviderDimension(PlainViewProvider):
     def doubleClicked(self, _view_object: Any) -> bool:
         """Leave it: an imported dimension is not edited."""
         return False
+
+
+attach_view = ViewProviderDimension  #: gives the view object of a new dimension its view provider

@@ -9,11 +9,6 @@ from .view_base import PlainViewProvider
 __all__ = ["ViewProviderTolerance", "attach_view"]
 
 
-def attach_view(view_object: Any) -> None:
-    """Give the view object of a new tolerance its view provider."""
-    ViewProviderTolerance(view_object)
-
-
 class ViewProviderTolerance(PlainViewProvider):
     """A tolerance in the tree; a double click opens its panel."""
 
@@ -28,3 +23,6 @@ class ViewProviderTolerance(PlainViewProvider):
 
         GeneralTolerance().Activated()
         return True
+
+
+attach_view = ViewProviderTolerance  #: gives the view object of a new tolerance its view provider

@@ -6,18 +6,15 @@ from typing import Any
 
 from .. import datum
 from ..qt import QtWidgets, translate
-from .base import make_room, open_panel, row_form
-from .face_list import FaceListPanel
+from .base import row_form
+from .face_list import FaceListPanel, edit
 
 __all__ = ["DatumPanel", "show"]
 
 
 def show(obj: Any) -> DatumPanel:
     """Open the panel; the changes are one step of undo, which Cancel takes back."""
-    make_room()
-    if not obj.Document.HasPendingTransaction:
-        obj.Document.openTransaction("Edit datum")
-    return open_panel(DatumPanel(obj))
+    return edit(DatumPanel, obj, "Edit datum")
 
 
 class DatumPanel(FaceListPanel):

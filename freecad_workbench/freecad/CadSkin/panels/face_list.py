@@ -9,10 +9,18 @@ import FreeCAD
 from ..faces import faces_now, link_faces, part_of, part_problem
 from ..qt import QtWidgets, translate
 from ..signature import face_number
-from .base import Panel, fill_table, plain_table
+from .base import Panel, fill_table, make_room, open_panel, plain_table
 from .picking import FacePicker
 
-__all__ = ["FaceListPanel"]
+__all__ = ["FaceListPanel", "edit"]
+
+
+def edit(panel: type[FaceListPanel], obj: Any, step: str) -> Any:
+    """Open a panel on an object; its changes are one step of undo with this name, which Cancel takes back."""
+    make_room()
+    if not obj.Document.HasPendingTransaction:
+        obj.Document.openTransaction(step)
+    return open_panel(panel(obj))
 
 
 class FaceListPanel(Panel):

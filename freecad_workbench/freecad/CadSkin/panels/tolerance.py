@@ -10,8 +10,8 @@ from ..faces import surfaces_of
 from ..kinds import CHARACTERISTICS, characteristics_for, refusal
 from ..objects import objects_of
 from ..qt import QtWidgets, translate
-from .base import length_box, make_room, open_panel, row_form, shown_name, silent, symbol_of
-from .face_list import FaceListPanel
+from .base import length_box, row_form, shown_name, silent, symbol_of
+from .face_list import FaceListPanel, edit
 
 __all__ = ["TolerancePanel", "show"]
 
@@ -21,10 +21,7 @@ _MODELS = ("", "field", "noise", "field:kernel=matern32")
 
 def show(obj: Any) -> TolerancePanel:
     """Open the panel; the changes are one step of undo, which Cancel takes back."""
-    make_room()
-    if not obj.Document.HasPendingTransaction:
-        obj.Document.openTransaction("Edit tolerance")
-    return open_panel(TolerancePanel(obj))
+    return edit(TolerancePanel, obj, "Edit tolerance")
 
 
 class TolerancePanel(FaceListPanel):
