@@ -31,7 +31,8 @@ def from_text(text: str) -> DeviationModel:
     Raises
     ------
     DeviationError
-        Not such a text; an unknown class; long arrays, which the text form leaves out (``<20 values, 0.1..0.3, mean 0.2>``).
+        Not such a text; an unknown class; long arrays, which the text form leaves out (it says only
+        ``<20 values, 0.1..0.3, mean 0.2>``).
 
     Examples
     --------
