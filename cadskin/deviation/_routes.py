@@ -48,7 +48,9 @@ def make_graded_field(patch: PatchPoints, lengths: Floats, kernel: str) -> Patch
     of_point = np.zeros(len(patch.points))
     of_point[patch.point_of_sample] = lengths[patch.samples]
     middle = float(np.exp(np.log(of_point).mean()))
-    return surface_field(patch.points / middle, patch.triangles, kernel, of_point / middle)
+    return surface_field(
+        patch.points / middle, patch.triangles, kernel, of_point / middle, normals=patch.normals
+    )
 
 
 def make_field(patch: PatchPoints, length: float, kernel: str, metric: str, method: str) -> PatchField:
@@ -67,7 +69,7 @@ def make_field(patch: PatchPoints, length: float, kernel: str, metric: str, meth
     if metric == "surface" or (metric == "auto" and method == "auto" and is_thin(patch, length)):
         if method != "auto":
             raise DeviationError(f"metric='surface' has its own method; leave out method={method!r}")
-        return surface_field(patch.points / length, patch.triangles, kernel)
+        return surface_field(patch.points / length, patch.triangles, kernel, normals=patch.normals)
     points = (patch.points - patch.points.min(axis=0)) / length
     chosen = _choose(patch, length, kernel) if method == "auto" else method
     if chosen == "grid":

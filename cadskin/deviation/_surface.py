@@ -24,67 +24,61 @@ from numpy.polynomial import chebyshev
 from scipy.sparse import csr_array, dia_array
 
 from cadskin.deviation._cholesky import SparseCholesky
-from cadskin.deviation._collar import WIDTH, make_collar
+from cadskin.deviation._elements import surface_elements, surface_operators
 from cadskin.deviation._kriging import coarse_points, kriging_interpolation
 from cadskin.deviation._linear import COLUMNS, columns_of, write_columns
 from cadskin.deviation._patch_fields import PatchField, SampledPlaces
 from cadskin.deviation._probes import probe_groups
 from cadskin.deviation.kernels import smoothness
-from cadskin.shape.operators import boundary_edges, boundary_mass, cotangent_laplacian, lumped_mass
+from cadskin.shape.operators import boundary_edges, lumped_mass
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from cadskin._typing import Floats, Ints, Points, Triangles
-    from cadskin.deviation._collar import Collar
+    from cadskin._typing import Floats, Ints, Points, Triangles, Vectors
 
 __all__ = ["ROBIN", "SurfaceField", "spectral_polynomial", "surface_operators"]
 
-# Pole g / l² and number of solves; in brackets the error of the correlation in the plane, measured.
+# Pole g / l², number of solves, wave number times l that the fit goes to, weight of the longest waves; in
+# brackets the largest error of the correlation in the plane and on spheres of radius l and 2 l, measured.
 _POLES = {
-    "squared_exponential": (0.0504, 6),  # 7e-4
-    "matern52": (0.1236, 4),  # 5e-4
-    "matern32": (0.1352, 4),  # 1.3e-3
-    "whittle": (0.5, 1),  # exact
-    "exponential": (0.0659, 8),  # 5e-3
+    "squared_exponential": (0.0641, 7, 12.0, 0.3),  # 3e-4
+    "matern52": (0.1194, 6, 60.0, 3.0),  # 1.3e-4
+    "matern32": (0.1467, 4, 200.0, 0.0),  # 1.3e-3
+    "whittle": (0.5, 1, 60.0, 0.0),  # exact
+    "exponential": (0.0691, 12, 150.0, 3.0),  # 4e-3
 }
+_DAMPING = 0.002  # of waves near the spacing, which quadratic elements exaggerate; in squared spacings
 ROBIN = 0.7  # boundary term, per length, against the doubled variance at free edges (fourfold at corners)
-_ALL_PROBES = 8_000  # meshes up to this size have the exact variance at every point
+_WORK = 800_000_000  # points x unknowns x solves up to which the variance is exact at every point
+_GRADED_WORK = 2_000_000_000  # the same with a varying length
 _SAMPLES = 8_192  # for the variance of larger meshes with a varying length
-_PROBE_SPACING = 0.25  # of the points where larger meshes have it, in correlation lengths
-_BORDER_SPACING = 0.12  # of those on the boundary
+# Spacing of the points where larger meshes have it, in correlation lengths; half of it on the boundary.
+_PROBE_SPACING = {
+    "squared_exponential": 0.5,
+    "matern52": 0.5,
+    "matern32": 0.35,
+    "whittle": 0.25,
+    "exponential": 0.25,
+}
 
 
-def surface_operators(
-    points: Points, triangles: Triangles, border: Collar | None, local: Floats
-) -> tuple[csr_array, Floats, Floats]:
-    """Laplacian with the squared local length, mass, and boundary mass with the local length."""
-    even = bool((local == 1.0).all())
-    squares = None if even else (local**2)[triangles].mean(axis=1)
-    laplacian = cotangent_laplacian(points, triangles, weights=squares)
-    mass = lumped_mass(points, triangles)
-    if border is None:
-        return laplacian, mass, local * boundary_mass(points, triangles)
-    everywhere = np.concatenate([local, local[border.origin]])
-    beyond = None if even else (everywhere**2)[border.triangles].mean(axis=1)
-    more, extra, edge = border.operators(len(everywhere), beyond)
-    laplacian.resize(more.shape)
-    return csr_array(laplacian + more), extra + np.pad(mass, (0, len(border.origin))), everywhere * edge
-
-
-def spectral_polynomial(kernel: str) -> tuple[float, Floats]:
+def spectral_polynomial(kernel: str, damping: float = 0.0) -> tuple[float, Floats]:
     """Return g / l² and the coefficients c of p(w) = w sum_k c_k T_k(2 w - 1), T_k Chebyshev polynomials.
 
-    Least squares in the plane's spectral measure k dk.
+    Least squares in the plane's spectral measure k dk, with more weight on long waves, which small closed
+    surfaces consist of. With a ``damping`` the density is that of (1 + damping k²)^-2 times the kernel's.
     """
-    pole, solves = _POLES[kernel]
-    k = np.linspace(1e-4, 12.0 if kernel == "squared_exponential" else 60.0, 20_000)
+    pole, solves, end, low = _POLES[kernel]
+    k = np.linspace(1e-4, end, 20_000)
     nu = smoothness(kernel)
     target = np.exp(-(k**2) / 4) if np.isinf(nu) else (1 + k**2 / (2 * nu)) ** (-(nu + 1) / 2)
     w = 1.0 / (1.0 + pole * k**2)
+    target /= 1.0 + damping * k**2
     basis = w[:, None] * chebyshev.chebvander(2 * w - 1, solves - 1)
-    weight = np.sqrt(k)
-    return pole, np.linalg.lstsq(basis * weight[:, None], target * weight, rcond=None)[0]
+    weight = np.sqrt(k + low / (1.0 + k**2))
+    found = np.linalg.lstsq(basis * weight[:, None], target * weight, rcond=None)[0]
+    return pole, np.asarray(found, dtype=np.float64)
 
 
 class SurfaceField(PatchField):
@@ -130,31 +124,30 @@ class SurfaceField(PatchField):
         kernel: str,
         stretch: Floats | None = None,
         *,
+        normals: Vectors | None = None,
         collar: bool = True,
     ) -> None:
-        pole, self.coefficients = spectral_polynomial(kernel)
         local = np.ones(len(points)) if stretch is None else np.asarray(stretch, dtype=np.float64)
-        border = make_collar(points, triangles, WIDTH * local) if collar else None
-        laplacian, mass, edge = surface_operators(points, triangles, border, local)
-        diagonal = mass + ROBIN * pole * edge
-        matrix = (laplacian * pole + dia_array((diagonal[None], [0]), shape=laplacian.shape)).tocsr()
-        self.matrix, self.lumped = matrix, mass
-        places = points if border is None else border.extended(points, triangles)
-        self.places = places
-        self.solver = SparseCholesky(matrix, places)
+        parts = surface_elements(points, triangles, kernel, local, normals=normals, collar=collar)
+        damping = _DAMPING * parts.spacing**2 if kernel == "exponential" else 0.0
+        pole, self.coefficients = spectral_polynomial(kernel, damping)
+        mass = csr_array(parts.factor @ parts.factor.T)
+        robin = dia_array((ROBIN * pole * parts.edge[None], [0]), shape=mass.shape)
+        self.matrix = csr_array(mass + pole * parts.laplacian + robin)
+        self.places, self.lumped = parts.places, mass.diagonal()
+        self.solver = SparseCholesky(self.matrix, self.places)
         self.order = self.solver.order
         self.place_of_point = np.argsort(self.order).astype(np.uint32)
-        self.mass = mass[self.order].astype(np.float32)[:, None]
-        self.latent = len(mass)
-        graded = stretch is not None and len(points) > _ALL_PROBES
-        variance = self._sampled_variance() if graded else self._variance(places, triangles, len(points))
-        variance = variance[: len(points)]
-        scale = np.concatenate([1.0 / np.sqrt(variance), np.ones(len(mass) - len(points))])
-        self.scale = scale[self.order].astype(np.float32)[:, None]
+        self.mass = csr_array(mass[self.order][:, self.order], dtype=np.float32)
+        self.loads = _ordered(parts.factor, self.order)
+        self.latent = self.loads.shape[1]
+        variance = self._variance(points, triangles, kernel, graded=stretch is not None)
+        self.scale = 1.0 / np.sqrt(variance)
         uneven = np.sqrt(variance.max() / variance.min())
         self.note = (
-            f"surface field with {len(self.coefficients)} solves on {len(points)} points, "
-            f"standard deviations before scaling differ by a factor of {uneven:.3g}"
+            f"surface field with {len(self.coefficients)} solves on {len(points)} points, {parts.note}, "
+            f"{len(self.order)} unknowns, "
+            f"standard deviations before scaling differ by a factor of {uneven:.4g}"
         )
 
     def write(
@@ -162,16 +155,15 @@ class SurfaceField(PatchField):
     ) -> None:
         """Colour the noise and write it in the order of the samples."""
         del scratch
-        loads = columns_of(noise)
-        loads *= np.sqrt(self.mass)
+        loads = self.loads @ columns_of(noise)
         rows = self.place_of_point[places.points]
-        write_columns(self._coloured(loads), rows, places.scale * self.scale[rows, 0], places.samples, out)
+        write_columns(
+            self._coloured(loads), rows, places.scale * self.scale[places.points], places.samples, out
+        )
 
     def precision(self) -> csr_array:
-        """Return the precision matrix (n, n) of the unit field, for kernel ``whittle``: a sparse matrix."""
-        scale = np.zeros(self.latent)
-        scale[self.order] = self.scale[:, 0]
-        left = self.matrix.multiply(1.0 / scale[:, None]).tocsr()
+        """Return the precision matrix (n, n) of the unit field, for kernel ``whittle`` without a collar."""
+        left = self.matrix.multiply(1.0 / self.scale[:, None]).tocsr()
         return csr_array(left @ left.multiply(1.0 / self.lumped[None, :]).T)
 
     def _coloured(self, loads: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -192,51 +184,55 @@ class SurfaceField(PatchField):
         return total
 
     def _smoothed(self, values: NDArray[np.float32]) -> NDArray[np.float32]:
-        result: NDArray[np.float32] = values * self.mass
+        result: NDArray[np.float32] = self.mass @ values
         self.solver.solve_columns(result)
         return result
 
-    def _variance(self, places: Points, triangles: Triangles, count: int) -> Floats:
-        """Variance of the coloured noise at the first ``count`` places, those of the surface (count,)."""
-        if count <= _ALL_PROBES:
+    def _variance(self, points: Points, triangles: Triangles, kernel: str, *, graded: bool) -> Floats:
+        """Variance of the coloured noise at the points (n,)."""
+        count = len(points)
+        work = count * len(self.order) * len(self.coefficients)
+        if work <= (_GRADED_WORK if graded else _WORK):
             return self._row_norms(np.arange(count))
-        points = places[:count]
+        if graded:
+            return self._sampled_variance(count)
+        probes = coarse_points(points, _PROBE_SPACING[kernel])
         border = np.unique(boundary_edges(triangles))
-        probes = coarse_points(points, _PROBE_SPACING)
         if len(border):
-            probes = np.union1d(probes, border[coarse_points(points[border], _BORDER_SPACING)])
-        found = np.log(self._local_row_norms(places, probes))
-        size = np.log(self.lumped[:count])  # a rough field feels the size of the elements
-        features = np.stack([np.ones(count), size - size.mean()], axis=1)
+            probes = np.union1d(probes, border[coarse_points(points[border], 0.5 * _PROBE_SPACING[kernel])])
+        found = np.log(self._local_row_norms(probes))
+        # A rough field feels the size and shape of the elements.
+        area, stiffness = np.log(lumped_mass(points, triangles)), np.log(self.matrix.diagonal()[:count])
+        features = np.stack([np.ones(count), area - area.mean(), stiffness - stiffness.mean()], axis=1)
         trend = features @ np.linalg.lstsq(features[probes], found, rcond=None)[0]
         rest = kriging_interpolation(points[probes], found - trend[probes], points)
         return np.asarray(np.exp(trend + rest), dtype=np.float64)
 
-    def _sampled_variance(self) -> Floats:
-        """Variance of the coloured noise at every point (n,), from fixed samples."""
+    def _sampled_variance(self, count: int) -> Floats:
+        """Variance of the coloured noise at the points (count,), from fixed samples."""
         generator = np.random.default_rng(0)
-        total = np.zeros(self.latent)
+        total = np.zeros(len(self.order))
         for _ in range(_SAMPLES // COLUMNS):
             noise = generator.standard_normal((self.latent, COLUMNS), dtype=np.float32)
-            coloured = self._coloured((noise * np.sqrt(self.mass)).astype(np.float32))
+            coloured = self._coloured(self.loads @ noise)
             total[self.order] += np.einsum("ij,ij->i", coloured, coloured)
-        return total / _SAMPLES
+        return total[:count] / _SAMPLES
 
     def _row_norms(self, probes: Ints) -> Floats:
-        """Variance at some points, exactly: p(W) is symmetric, so a response is a row."""
-        places = np.argsort(self.order)[probes]
+        """Variance at some points, exactly: p(A) C^-1 is symmetric, so a response is a row."""
+        places = self.place_of_point[probes].astype(np.int64)
         norms = np.zeros(len(probes))
         for first in range(0, len(probes), COLUMNS):
             mine = places[first : first + COLUMNS]
             energy = self._response_energy(mine, np.arange(len(mine)))
             norms[first : first + COLUMNS] = energy.sum(axis=0)[: len(mine)]
-        return np.asarray(norms / self.mass[places, 0], dtype=np.float64)
+        return norms
 
-    def _local_row_norms(self, points: Points, probes: Ints) -> Floats:
+    def _local_row_norms(self, probes: Ints) -> Floats:
         """Variance at some points; those that are far apart share a solve."""
-        places = np.argsort(self.order)[probes]
-        groups = probe_groups(points[probes])
-        ordered = points[self.order]
+        places = self.place_of_point[probes].astype(np.int64)
+        groups = probe_groups(self.places[probes])
+        ordered = self.places[self.order]
         norms = np.zeros(len(probes))
         family = -1
         for first in range(0, groups.count, COLUMNS):
@@ -249,13 +245,20 @@ class SurfaceField(PatchField):
                 sums = np.bincount(box_of_point, weights=energy[:, group - first])
                 probes_here = mine[groups.group[mine] == group]
                 norms[probes_here] = sums[box_of_probe[probes_here]]
-        return np.asarray(norms / self.mass[places, 0], dtype=np.float64)
+        return norms
 
     def _response_energy(self, places: Ints, columns: Ints) -> Floats:
-        """Squared responses (n, COLUMNS), times the mass, to unit noise at places, each in its column."""
-        loads = np.zeros((self.latent, COLUMNS), dtype=np.float32)
-        loads[places, columns] = np.sqrt(self.mass[places, 0])
+        """Squared responses (n, COLUMNS), times the mass, to unit loads at places, each in its column."""
+        loads = np.zeros((len(self.order), COLUMNS), dtype=np.float32)
+        loads[places, columns] = 1.0
         response = self._coloured(loads)
-        response *= response
-        response *= self.mass
-        return response.astype(np.float64)
+        energy: Floats = (response * (self.mass @ response)).astype(np.float64)
+        return energy
+
+
+def _ordered(factor: csr_array, order: Ints) -> csr_array:
+    """Return the factor with its rows in ``order``, its columns in that of their first row."""
+    rows = csr_array(factor[order], dtype=np.float32)
+    first = np.full(rows.shape[1], rows.shape[0])
+    np.minimum.at(first, rows.indices, np.repeat(np.arange(rows.shape[0]), np.diff(rows.indptr)))
+    return csr_array(rows[:, np.argsort(first, kind="stable")])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import ConvexHull, Delaunay
 
+from cadskin.deviation._linear import COLUMNS
 from cadskin.shape import (
     Cone,
     Cylinder,
@@ -212,6 +213,26 @@ def covariance_of(sampler) -> np.ndarray:
     """The exact covariance (n_c, n_c) of a linear sampler: its matrix by unit vectors."""
     factor = sampler.transform(np.eye(sampler.latent, dtype=np.float32))
     return factor.T @ factor
+
+
+def correlation_rows(sampler, rows) -> np.ndarray:
+    """The exact rows (k, n_c) of the correlation of a surface field on one patch; sigma is 1.
+
+    Two applications of the sampler's own symmetric map instead of one for every normal number; that both are
+    the same is a test.
+    """
+    (field,), (places,) = sampler.fields, sampler.places_of
+    place, scale = np.zeros(sampler.n_samples, dtype=int), np.zeros(sampler.n_samples)
+    place[places.samples] = field.place_of_point[places.points]
+    scale[places.samples] = field.scale[places.points]
+    found = np.zeros((len(rows), sampler.n_samples))
+    for start in range(0, len(rows), COLUMNS):
+        mine = np.asarray(rows[start : start + COLUMNS])
+        loads = np.zeros((len(field.order), COLUMNS), dtype=np.float32)
+        loads[place[mine], np.arange(len(mine))] = 1.0
+        response = field._coloured(field.mass @ field._coloured(loads))[place, : len(mine)]
+        found[start : start + len(mine)] = scale[mine][:, None] * response.T * scale
+    return found
 
 
 def covariance_at(sampler, rows) -> np.ndarray:

@@ -5,38 +5,60 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.spatial import Delaunay
-from surfaces import ball, covariance_of, model_of, plane, tube
+from surfaces import ball, correlation_rows, model_of, plane, tube
 
 from cadskin.deviation import GaussianField, correlation
 from cadskin.deviation._collar import boundary_loops, make_collar
 from cadskin.deviation._surface import SurfaceField
 from cadskin.shape import Plane
+from cadskin.shape.operators import boundary_edges, lumped_mass
+
+# Largest error of the correlation that the goals allow, 1e-3 for smooth kernels and 1e-2 for rough ones; the
+# Matern 5/2 stays within 1.3e-3 below seven vertices per length.
+GOALS = {
+    "squared_exponential": 1e-3,
+    "matern52": 1.3e-3,
+    "matern32": 1e-2,
+    "whittle": 1e-2,
+    "exponential": 1e-2,
+}
 
 
-def covariance_and_distance(part, length, kernel):
+def rows_and_distance(part, length, kernel, rows):
     points = part.surface.points[part.samples.vertex_ids]
-    covariance = covariance_of(GaussianField(1.0, length, kernel, metric="surface").prepare(part))
-    assert np.abs(np.diag(covariance) - 1).max() < 1e-5
-    return covariance, np.linalg.norm(points[:, None] - points[None], axis=2), points
+    found = correlation_rows(GaussianField(1.0, length, kernel, metric="surface").prepare(part), rows)
+    assert np.abs(found[np.arange(len(rows)), rows] - 1).max() < 1e-5
+    return found, np.linalg.norm(points[rows][:, None] - points[None], axis=2), points
 
 
-@pytest.mark.parametrize("kernel", ["squared_exponential", "matern52", "matern32", "whittle", "exponential"])
-def test_a_plane_has_the_kernel_up_to_its_edges_and_corners(kernel):
+def watched(part):
+    """Corners, some of the boundary, some of the inside: multiples of 32 cost no more."""
+    points = part.surface.points[part.samples.vertex_ids]
+    (loop, *_) = boundary_loops(part.surface.triangles)
+    edge = np.flatnonzero(np.isin(part.samples.vertex_ids, loop))
+    corners = [np.argmin(points @ way) for way in ([1, 1, 0], [1, -1, 0], [-1, 1, 0], [-1, -1, 0])]
+    some = np.linspace(0, len(points) - 1, 40).astype(int)
+    return np.unique([*corners, *edge[:: max(1, len(edge) // 24)], *some])[:64]
+
+
+def plane_error(kernel, per_length):
+    part = plane((3.0 * per_length, 2.2 * per_length), h=1.0, jitter=0.2)
+    found, distance, _ = rows_and_distance(part, float(per_length), kernel, watched(part))
+    return np.abs(found - correlation(distance, float(per_length), kernel)).max()
+
+
+@pytest.mark.parametrize("per_length", [4, 7])
+@pytest.mark.parametrize("kernel", GOALS)
+def test_a_plane_has_the_kernel_up_to_its_edges_and_corners(kernel, per_length):
     """Without the collar the error is 0.1 (rough) to 0.3 (smooth)."""
-    covariance, distance, _ = covariance_and_distance(plane((40.0, 32.0), h=1.6, jitter=0.2), 20.0, kernel)
-    limit = 3e-2 if kernel in ("whittle", "exponential") else 2e-2
-    assert np.abs(covariance - correlation(distance, 20.0, kernel)).max() < limit
+    assert plane_error(kernel, per_length) < GOALS[kernel]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kernel", ["squared_exponential", "matern32"])
-def test_the_error_at_edges_falls_with_the_mesh(kernel):
-    errors = []
-    for h in (2.0, 1.0):
-        covariance, distance, _ = covariance_and_distance(plane((40.0, 40.0), h=h, jitter=0.2), 20.0, kernel)
-        errors.append(np.abs(covariance - correlation(distance, 20.0, kernel)).max())
-    assert errors[1] < 0.7 * errors[0]
-    assert errors[1] < 1.2e-2
+@pytest.mark.parametrize("per_length", [5, 10, 14, 20, 26])
+@pytest.mark.parametrize("kernel", GOALS)
+def test_finer_planes_have_it_too(kernel, per_length):
+    assert plane_error(kernel, per_length) < GOALS[kernel]
 
 
 def sheet(h=1.5, *, hole=0.0, notch=False):
@@ -66,53 +88,101 @@ def sheet(h=1.5, *, hole=0.0, notch=False):
 
 
 @pytest.mark.parametrize("kernel", ["squared_exponential", "matern32"])
-@pytest.mark.parametrize(("hole", "notch", "limit"), [(8.0, False, 0.04), (0.0, True, 0.07)])
+@pytest.mark.parametrize(("hole", "notch", "limit"), [(8.0, False, 0.01), (0.0, True, 0.06)])
 def test_holes_and_concave_corners(kernel, hole, notch, limit):
-    """Between points that see each other the kernel holds; the limit is that of 7 vertices per length."""
-    covariance, distance, points = covariance_and_distance(sheet(2.0, hole=hole, notch=notch), 14.0, kernel)
+    """Between points that see each other the kernel holds; the strips at a concave corner overlap."""
+    part = sheet(2.0, hole=hole, notch=notch)
+    rows = np.unique(np.linspace(0, part.n_samples - 1, 96).astype(int))
+    found, distance, points = rows_and_distance(part, 14.0, kernel, rows)
     edge = 30.0 if notch else 22.0
     left, low = points[:, 0] <= edge, points[:, 1] <= edge
-    see = (left[:, None] & left) | (low[:, None] & low)
-    assert np.abs(covariance - correlation(distance, 14.0, kernel))[see].max() < limit
+    see = (left[rows][:, None] & left) | (low[rows][:, None] & low)
+    assert np.abs(found - correlation(distance, 14.0, kernel))[see].max() < limit
 
 
-@pytest.mark.parametrize(
-    ("kernel", "limit"), [("squared_exponential", 0.02), ("matern32", 0.04), ("exponential", 0.04)]
-)
-def test_the_mantle_of_a_shaft_up_to_its_ends(kernel, limit):
+def mantle_error(kernel, per_length):
     """Closed form: the kernel of the plane, wrapped around."""
-    part = tube(12.0, 36.0, 1.8)
-    covariance, _, points = covariance_and_distance(part, 9.0, kernel)
+    part = tube(12.0, 30.0, 9.0 / per_length)
+    rows = watched(part)
+    found, _, points = rows_and_distance(part, 9.0, kernel, rows)
     angle = np.arctan2(points[:, 1], points[:, 0])
-    around = 12.0 * np.angle(np.exp(1j * (angle[:, None] - angle)))
-    along = points[:, 2][:, None] - points[:, 2]
-    turns = 2 * np.pi * 12.0 * np.arange(-2, 3)
+    around = 12.0 * np.angle(np.exp(1j * (angle[rows][:, None] - angle)))
+    along = points[rows, 2][:, None] - points[:, 2]
+    turns = 2 * np.pi * 12.0 * np.arange(-3, 4)
     truth = sum(correlation(np.hypot(around + turn, along), 9.0, kernel) for turn in turns)
     at_zero = sum(correlation(np.abs(turn), 9.0, kernel) for turn in turns)
-    assert np.abs(covariance - truth / at_zero).max() < limit
+    return np.abs(found - truth / at_zero).max()
 
 
-def test_the_collar_of_a_rectangle_continues_the_plane():
+@pytest.mark.parametrize("kernel", GOALS)
+def test_the_mantle_of_a_shaft_up_to_its_ends(kernel):
+    assert mantle_error(kernel, 4) < GOALS[kernel]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("per_length", [7, 12])
+@pytest.mark.parametrize("kernel", GOALS)
+def test_finer_mantles(kernel, per_length):
+    assert mantle_error(kernel, per_length) < GOALS[kernel]
+
+
+@pytest.mark.parametrize("h", [1.0, 0.25])
+def test_the_collar_of_a_rectangle_continues_the_plane(h):
     """Area of everything within a distance of a convex outline: length times distance + pi distance²."""
-    part = plane((12.0, 8.0), h=1.0, jitter=0.0)
+    part = plane((12.0, 8.0), h=h, jitter=0.0)
     points, triangles = part.surface.points, part.surface.triangles
     collar = make_collar(points, triangles, np.full(len(points), 3.0))
     _, mass, edge = collar.operators(len(points) + len(collar.origin))
-    assert mass.sum() == pytest.approx(40 * 3 + np.pi * 9, rel=1e-9)
-    assert edge.sum() == pytest.approx(40 + 2 * np.pi * 3, rel=1e-9)
+    inscribed = 0.005 if h > 0.5 else 0.0015  # arcs of corners are polygons
+    assert 1 - inscribed < mass.sum() / (40 * 3 + np.pi * 9) < 1
+    assert 1 - inscribed < edge.sum() / (40 + 2 * np.pi * 3) < 1
     assert collar.offsets.max() == pytest.approx(3.0)
+
+
+def test_a_collar_joins_the_surface_edge_by_edge():
+    """Turned around, its triangles and those of the mesh are one oriented surface up to its outer end."""
+    for part in (
+        plane((12.0, 8.0), h=2.0),
+        sheet(2.0, hole=8.0),
+        sheet(3.0, notch=True),
+        tube(5.0, 10.0, 2.0),
+    ):
+        points, triangles = part.surface.points, part.surface.triangles
+        collar = make_collar(points, triangles, np.full(len(points), 6.0))
+        everything = np.concatenate([triangles, collar.triangles[:, ::-1]])
+        sides = everything[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+        assert len(np.unique(sides, axis=0)) == len(sides)
+        ends = {tuple(edge) for edge in np.sort(collar.outer, axis=1)}
+        assert {tuple(edge) for edge in boundary_edges(everything)} == ends
+        lengths = np.linalg.norm(collar.corners - np.roll(collar.corners, -1, axis=1), axis=2)
+        found = {}
+        for triangle, length in zip(collar.triangles, lengths, strict=True):
+            for k in range(3):
+                side = tuple(sorted((triangle[k], triangle[(k + 1) % 3])))
+                assert length[k] == pytest.approx(found.setdefault(side, length[k]), rel=1e-9)
+
+
+def test_places_of_the_collar_are_those_of_the_plane():
+    part = plane((12.0, 8.0), h=1.0, jitter=0.0)
+    points, triangles = part.surface.points, part.surface.triangles
+    collar = make_collar(points, triangles, np.full(len(points), 3.0))
+    beyond = collar.extended(points, triangles)[len(points) :]
+    outside = np.linalg.norm(beyond - np.clip(beyond, 0, [12, 8, 0]), axis=1)
+    assert np.abs(outside - collar.offsets).max() < 1e-9
 
 
 def test_the_collar_of_a_hole_fills_it():
     part = sheet(2.0, hole=8.0)
     points, triangles = part.surface.points, part.surface.triangles
     assert sorted(len(loop) for loop in boundary_loops(triangles)) == [25, 120]
-    collar = make_collar(points, triangles, np.full(len(points), 20.0))
-    inside = np.isin(collar.origin, np.flatnonzero(np.linalg.norm(points - [30, 30, 0], axis=1) < 8.5))
+    rim = np.linalg.norm(points - [30, 30, 0], axis=1) < 8.5
+    collar = make_collar(points, triangles, np.where(rim, 20.0, 4.0))
+    inside = rim[collar.origin]
     assert collar.offsets[inside].max() < 8.0
-    _, mass, _ = collar.operators(len(points) + len(collar.origin))
-    filled = mass.sum() - (240 * 20 + np.pi * 400)
-    assert filled == pytest.approx(np.pi * 64, rel=0.1)
+    own = np.arange(3 * len(collar.corners)).reshape(-1, 3)
+    area = lumped_mass(collar.corners.reshape(-1, 3), own).reshape(-1, 3).sum(axis=1)
+    filled = area[np.isin(collar.triangles, len(points) + np.flatnonzero(inside)).any(axis=1)].sum()
+    assert filled == pytest.approx(np.pi * 64, rel=0.05)
 
 
 def test_closed_and_branching_surfaces_have_no_collar():
@@ -121,15 +191,6 @@ def test_closed_and_branching_surfaces_have_no_collar():
     fan = np.array([[0, 1, 2], [0, 3, 4]])  # two triangles that meet in a point
     assert boundary_loops(fan) == []
     square = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]])
-    field = SurfaceField(square, fan, "whittle")
+    field = SurfaceField(square, fan, "whittle", collar=False)
     assert field.latent == 5
-
-
-def test_large_meshes_keep_the_standard_deviation(monkeypatch):
-    """Probes and kriging, as for more than 8000 points, against the exact row norms."""
-    part = plane((60.0, 60.0), h=2.0, jitter=0.2)
-    for kernel in ("squared_exponential", "matern32", "exponential"):
-        monkeypatch.setattr("cadskin.deviation._surface._ALL_PROBES", 10)
-        sampler = GaussianField(1.0, 14.0, kernel, metric="surface").prepare(part)
-        deviation = np.sqrt(np.diag(covariance_of(sampler)))
-        assert np.quantile(np.abs(deviation - 1), 0.99) < 0.01, kernel
+    assert np.isfinite(SurfaceField(square, fan, "whittle").scale).all()
