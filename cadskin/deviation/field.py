@@ -77,6 +77,11 @@ class GaussianField(DeviationModel):
         The length is more than 100 times the part (the field acts as a shift), or the mesh has fewer than
         four vertices per correlation length.
 
+    References
+    ----------
+    Zhang et al. 2013, doi:10.1177/0954405412466987, section on random deviations, "multi-Gaussian" (without a
+    covariance); Rasmussen, Williams: Gaussian processes for machine learning, MIT Press 2006, section 4.2.
+
     Examples
     --------
     >>> GaussianField(sigma=0.01, length=15)
