@@ -21,13 +21,14 @@ import numpy as np
 from scipy.sparse import csr_array, dia_array
 
 from cadskin._jit import kernel
-from cadskin.deviation._collar import WIDTH, make_collar
-from cadskin.deviation._log_maps import LogMaps, single_cover, spread_nodes, vertex_fans
-from cadskin.deviation._surface import ROBIN, surface_operators
+from cadskin.deviation._log_maps import LogMaps, spread_nodes, vertex_fans
+from cadskin.deviation._surface import ROBIN
 
 if TYPE_CHECKING:
-    from cadskin._typing import Floats, Ints, Points, Triangles
-    from cadskin.deviation._collar import Collar
+    from numpy.typing import NDArray
+
+    from cadskin._typing import Floats, Ints, Points
+    from cadskin.deviation._elements import Elements
 
 __all__ = ["CoarseSpace", "make_coarse_space"]
 
@@ -44,104 +45,96 @@ class CoarseSpace:
 
     Parameters
     ----------
-    nodes : (m,) int
-        Vertices; those on the surface come first, then those in the collar whose functions reach the surface.
     surface : int
-        Number of nodes on the surface.
-    inside : int
-        Number of nodes whose functions reach the surface.
+        Number of nodes on the surface; they come first.
     places : (m, 3) float
         Of the nodes, in correlation lengths.
-    starts, seen, weights, nearness
-        Rows of the matrix (n, inside) from the coefficients to the points of the surface, and the distance of
-        the nodes there, nearest first in each row.
+    at_nodes : (surface, inside) csr_array
+        Values at the nodes of the surface, from the coefficients of the functions that reach it, which come
+        first.
+    starts, seen, weights
+        Rows of the matrix (n, inside) from the coefficients to the points of the surface, the nearest nodes
+        first in each row.
     matrix : (m, m) csr_array
         Mass + pole times Laplacian.
     mass : (m, m) csr_array
+    note : str
     """
 
-    nodes: Ints
     surface: int
-    inside: int
     places: Points
+    at_nodes: csr_array
     starts: Ints
     seen: Ints
     weights: Floats
-    nearness: Floats
     matrix: csr_array
     mass: csr_array
+    note: str
+
+    @property
+    def inside(self) -> int:
+        """Number of functions that reach the surface."""
+        return int(self.at_nodes.shape[1])
 
 
-def make_coarse_space(
-    points: Points, triangles: Triangles, local: Floats, pole: float, spacing: float
-) -> CoarseSpace | None:
+def make_coarse_space(elements: Elements, count: int, wanted: Floats, pole: float) -> CoarseSpace | None:
     """Return the coarse space of a surface; None where the mesh does not allow one.
 
     Parameters
     ----------
-    points : (n, 3) float
-        Divided by the correlation length.
-    triangles : (m, 3) int
-    local : (n,) float
-        Local correlation length over the one that ``points`` are divided by.
+    elements : Elements
+        Of the surface; the first unknowns are its points.
+    count : int
+        Number of its points.
+    wanted : (n,) float
+        Spacing of the nodes at the unknowns.
     pole : float
         Factor g of the Laplacian.
-    spacing : float
-        Of the nodes, in local correlation lengths.
     """
-    count = len(points)
-    border = make_collar(points, triangles, WIDTH * local)
-    maps, places = _nodes(points, triangles, border, spacing * local)
+    maps = _nodes(elements, wanted)
     if maps is None:
         return None
-    order, surface, inside = _node_order(maps, count)
+    on_surface = elements.region < 2
+    order, surface, inside = _node_order(maps, on_surface)
     maps = maps.renumbered(order)
     weights, gain = _moving_least_squares(maps.starts, maps.seen, maps.places, maps.reach)
     if not gain < 2.0 * _GAIN:
         return None
-    whole = csr_array((weights, maps.seen, maps.starts), shape=(len(places), len(order)))
-    laplacian, mass, edge = surface_operators(points, triangles, border, local)
-    diagonal = mass + ROBIN * pole * edge
-    matrix = csr_array(laplacian * pole + dia_array((diagonal[None], [0]), shape=laplacian.shape))
-    across = csr_array(whole.T)
+    shape = (len(elements.places), len(order))
+    whole = csr_array((weights, maps.seen, maps.starts), shape=shape)
+    robin = dia_array((ROBIN * pole * elements.edge[None], [0]), shape=elements.laplacian.shape)
+    noise = csr_array(elements.factor.T @ whole)
+    mass = csr_array(noise.T @ noise)
+    smooth = csr_array(whole.T @ csr_array((elements.laplacian * pole + robin) @ whole))
     last = maps.starts[count]
     return CoarseSpace(
-        nodes=maps.nodes,
         surface=surface,
-        inside=inside,
-        places=places[maps.nodes],
+        places=elements.places[maps.nodes],
+        at_nodes=csr_array(whole[maps.nodes[:surface]][:, :inside]),
         starts=maps.starts[: count + 1],
         seen=maps.seen[:last],
         weights=weights[:last],
-        nearness=np.abs(maps.places[:last]),
-        matrix=_symmetric(across @ (matrix @ whole)),
-        mass=_symmetric(across @ csr_array(whole.multiply(mass[:, None]))),
+        matrix=_symmetric(csr_array(mass + smooth)),
+        mass=_symmetric(mass),
+        note=elements.note,
     )
 
 
-def _nodes(
-    points: Points, triangles: Triangles, border: Collar | None, wanted: Floats
-) -> tuple[LogMaps | None, Points]:
-    """Nodes of surface and collar, those on free edges first; places in space of all unknowns."""
-    everything, sides, places = _with_collar(points, triangles, border)
-    fans = vertex_fans(len(places), everything, sides)
+def _nodes(elements: Elements, wanted: Floats) -> LogMaps | None:
+    """Nodes of surface and collar, those on free edges first."""
+    fans = vertex_fans(len(elements.places), elements.triangles, elements.sides)
     if fans is None:
-        return None, places
-    spacing = _spacing(points, triangles, wanted)
-    turn = np.ones(len(places), dtype=np.int64)
-    if border is not None:
-        spacing = np.concatenate([spacing, spacing[border.origin]])
-        turn[border.origin] = 0
-        turn[len(points) :] = 2
+        return None
+    spacing = _spacing(elements, wanted)
     longest = np.maximum.reduceat(fans.lengths, fans.starts[:-1])
-    return spread_nodes(fans, np.maximum(spacing, _EDGE * longest), turn), places
+    return spread_nodes(fans, np.maximum(spacing, _EDGE * longest), elements.region)
 
 
-def _node_order(maps: LogMaps, count: int) -> tuple[Ints, int, int]:
+def _node_order(maps: LogMaps, on_surface: NDArray[np.bool_]) -> tuple[Ints, int, int]:
     """Order of the nodes: on the surface, seen from there, others; number of the first, of the first two."""
     rank = np.full(len(maps.nodes), 2)
-    rank[maps.seen[: maps.starts[count]]] = 1
-    rank[maps.nodes < count] = 0
+    rank[maps.seen[np.repeat(on_surface, np.diff(maps.starts))]] = 1
+    rank[on_surface[maps.nodes]] = 0
     return np.argsort(rank, kind="stable"), int((rank == 0).sum()), int((rank <= 1).sum())
 
 
@@ -149,24 +142,10 @@ def _symmetric(matrix: csr_array) -> csr_array:
     return csr_array(0.5 * (matrix + matrix.T))
 
 
-def _with_collar(
-    points: Points, triangles: Triangles, border: Collar | None
-) -> tuple[Triangles, Floats, Points]:
-    """Triangles of surface and collar, the lengths of their sides, and places in space."""
-    corners = points[triangles]
-    sides = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
-    if border is None:
-        return triangles, sides, points
-    turned = border.triangles[:, ::-1]  # the collar is there the other way round
-    kept = single_cover(turned)
-    corners = border.corners[kept][:, ::-1]
-    beyond = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
-    everything = np.concatenate([triangles, turned[kept]])
-    return everything, np.concatenate([sides, beyond]), border.extended(points, triangles)
-
-
-def _spacing(points: Points, triangles: Triangles, wanted: Floats) -> Floats:
+def _spacing(elements: Elements, wanted: Floats) -> Floats:
     """Return the spacing (n,), less where the surface is curved within it."""
+    triangles = elements.triangles[(elements.region[elements.triangles] < 2).all(axis=1)]
+    points = elements.places
     corners = points[triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     total = np.zeros_like(points)

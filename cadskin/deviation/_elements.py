@@ -61,6 +61,14 @@ class Elements:
         Places in space that keep neighbours together.
     note : str
         What was done.
+    triangles : (m, 3) int
+        Between neighbouring unknowns, all of one sense: a quadratic element has four.
+    sides : (m, 3) float
+        Their lengths along the surface, from each corner to the next.
+    local : (n,) float
+        Local correlation length.
+    region : (n,) int
+        0 on free edges, 1 elsewhere on the surface, 2 in the collar.
     spacing : float
         Of quadratic elements, in correlation lengths; 0 for linear ones.
     """
@@ -70,6 +78,10 @@ class Elements:
     edge: Floats
     places: Points
     note: str
+    triangles: Triangles
+    sides: Floats
+    local: Floats
+    region: Ints
     spacing: float = 0.0
 
 
@@ -98,6 +110,7 @@ def surface_elements(
     *,
     normals: Vectors | None = None,
     collar: bool = True,
+    margin: float = 1.0,
 ) -> Elements:
     """Return the elements of a surface.
 
@@ -113,6 +126,8 @@ def surface_elements(
         Of the surface; without them it is that of the facets.
     collar : bool
         False: linear elements on the mesh alone.
+    margin : float
+        Factor on the vertices per length from which on elements are linear.
 
     Raises
     ------
@@ -126,7 +141,7 @@ def surface_elements(
             "all); remove it from the mesh, or use metric='euclidean'"
         )
     found = _vertices_per_length(points, triangles, local)
-    level, quadratic, note = _resolution(found, len(triangles), kernel)
+    level, quadratic, note = _resolution(found, len(triangles), kernel, margin)
     if collar and quadratic:
         spacing = 0.5**level / found
         return _quadratic_elements(points, triangles, local, normals, level, spacing, note)
@@ -134,7 +149,29 @@ def surface_elements(
     laplacian, mass, edge = surface_operators(points, triangles, border, local)
     places = points if border is None else border.extended(points, triangles)
     factor = csr_array(dia_array((np.sqrt(mass)[None], [0]), shape=laplacian.shape))
-    return Elements(laplacian, factor, edge, places, f"linear elements{note}")
+    everything, corners = _with_collar(triangles, points[triangles], border)
+    sides = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
+    region = _regions(triangles, len(points), len(places))
+    everywhere = local if border is None else np.concatenate([local, local[border.origin]])
+    return Elements(
+        laplacian, factor, edge, places, f"linear elements{note}", everything, sides, everywhere, region
+    )
+
+
+def _with_collar(triangles: Triangles, corners: Points, border: Collar | None) -> tuple[Triangles, Points]:
+    """Triangles of surface and collar, all of one sense, and their corners."""
+    if border is None:
+        return triangles, corners
+    turned = border.triangles[:, ::-1], border.corners[:, ::-1]
+    return np.concatenate([triangles, turned[0]]), np.concatenate([corners, turned[1]])
+
+
+def _regions(triangles: Triangles, count: int, total: int) -> Ints:
+    """0 on free edges, 1 elsewhere on the surface of ``count`` points, 2 beyond (total,)."""
+    region = np.full(total, 2, dtype=np.int64)
+    region[:count] = 1
+    region[np.unique(boundary_edges(triangles))] = 0
+    return region
 
 
 def _vertices_per_length(points: Points, triangles: Triangles, local: Floats) -> float:
@@ -147,10 +184,10 @@ def _vertices_per_length(points: Points, triangles: Triangles, local: Floats) ->
     return float(1.0 / max(np.sqrt((area * squares).sum() / max(area.sum(), 1e-300)), 1e-12))
 
 
-def _resolution(found: float, count: int, kernel: str) -> tuple[int, bool, str]:
+def _resolution(found: float, count: int, kernel: str, margin: float = 1.0) -> tuple[int, bool, str]:
     """How often to refine ``count`` triangles, whether with quadratic elements, a note on what is missing."""
     bare, refined, linear = _ENOUGH[kernel]
-    if found >= _NEARLY * linear:
+    if found >= _NEARLY * linear * margin:
         return 0, False, ""
     wanted = 0 if found >= _NEARLY * bare else max(1, int(np.ceil(np.log2(_NEARLY * refined / found))))
     room = int(np.floor(np.log2(_MOST / (2.0 * count)) / 2.0)) if count else 0
@@ -174,18 +211,18 @@ def _quadratic_elements(
     for _ in range(level):
         points, triangles, local, corners, areas = _refined(points, triangles, local, corners, areas)
     border = make_collar(points, triangles, WIDTH * local, growth=_GROWTH)
-    places, everything = points, triangles
+    places = points
+    everything, corners = _with_collar(triangles, corners, border)
     if border is not None:
-        places, everything = border.extended(points, triangles), np.concatenate([triangles, border.triangles])
+        places = border.extended(points, triangles)
         local = np.concatenate([local, local[border.origin]])
         beyond = np.cross(
             border.corners[:, 1] - border.corners[:, 0], border.corners[:, 2] - border.corners[:, 0]
         )
         areas = np.concatenate([areas, 0.5 * np.linalg.norm(beyond, axis=1)])
-        corners = np.concatenate([corners, border.corners])
     weights = None if (local == 1.0).all() else (local**2)[everything]
     laplacian, factor = quadratic_operators(everything, corners, len(places), weights=weights, areas=areas)
-    edges, _ = mesh_edges(everything)
+    edges, of_side = mesh_edges(everything)
     local = np.concatenate([local, local[edges].mean(axis=1)])
     edge = local * _edge_mass(places, everything, edges, border)
     times = ("", "refined once", "refined twice")[level] if level < 3 else f"refined {level} times"
@@ -195,8 +232,32 @@ def _quadratic_elements(
         edge,
         np.concatenate([places, places[edges].mean(axis=1)]),
         f"quadratic elements on the mesh{' ' if times else ''}{times}{note}",
+        *_quarters(everything, corners, of_side + len(places)),
+        local,
+        _regions_of_edges(_regions(triangles, len(points), len(places)), edges, boundary_edges(triangles)),
         spacing,
     )
+
+
+def _quarters(triangles: Triangles, corners: Points, middles: Ints) -> tuple[Triangles, Floats]:
+    """Return the four triangles (4 m, 3) between corners and middles of the sides, and their sides."""
+    one, two, three = triangles.T
+    first, second, third = middles.T
+    parts = [(one, first, third), (first, two, second), (third, second, three), (second, third, first)]
+    a, b, c = 0.5 * np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).T
+    return (
+        np.concatenate([np.stack(part, axis=1) for part in parts]),
+        np.tile(np.stack([a, b, c], axis=1), (4, 1)),
+    )
+
+
+def _regions_of_edges(region: Ints, edges: Ints, free: Ints) -> Ints:
+    """Regions of vertices and of edges behind them; ``free`` are the free edges of the surface."""
+    base = len(region)
+    known = np.sort(free, axis=1)
+    of_edge = np.where((region[edges] == 2).any(axis=1), 2, 1)
+    of_edge[np.isin(edges[:, 0] * base + edges[:, 1], known[:, 0] * base + known[:, 1])] = 0
+    return np.concatenate([region, of_edge])
 
 
 def _edge_mass(places: Points, triangles: Triangles, edges: Ints, border: Collar | None) -> Floats:

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
     from cadskin._typing import Floats, Ints, Triangles
 
-__all__ = ["Fans", "LogMaps", "single_cover", "spread_nodes", "vertex_fans"]
+__all__ = ["Fans", "LogMaps", "spread_nodes", "vertex_fans"]
 
 _REACH = 2.9  # of a log map, in spacings of its node
 _FRONT = 1.6  # spacings up to which vertices are candidates for the next node
@@ -89,14 +89,6 @@ class LogMaps:
         return LogMaps(self.nodes[order], self.reach[order], self.starts, number[self.seen], self.places)
 
 
-def single_cover(triangles: Triangles) -> NDArray[np.bool_]:
-    """Return which triangles (m,) to keep so that no side is there twice in the same sense."""
-    count = int(triangles.max(initial=0)) + 1
-    sides = triangles * count + np.roll(triangles, -1, axis=1)
-    _, number = np.unique(sides, return_inverse=True)
-    return np.asarray(_first_come(number.reshape(-1, 3), int(number.max(initial=-1)) + 1), dtype=np.bool_)
-
-
 def vertex_fans(count: int, triangles: Triangles, sides: Floats) -> Fans | None:
     """Return the fans of ``count`` vertices; None where the surface is not an oriented manifold.
 
@@ -132,18 +124,6 @@ def spread_nodes(fans: Fans, spacing: Floats, turn: Ints) -> LogMaps:
         arrays, np.asarray(spacing, dtype=np.float64), 2.0 * _FRONT * turn, fresh
     )
     return LogMaps(nodes, reach, *_grouped(len(spacing), vertices, seen, places))
-
-
-@kernel
-def _first_come(sides: Any, count: int) -> Any:
-    used = np.zeros(count, dtype=np.bool_)
-    kept = np.zeros(sides.shape[0], dtype=np.bool_)
-    for t in range(sides.shape[0]):
-        a, b, c = sides[t, 0], sides[t, 1], sides[t, 2]
-        if not (used[a] or used[b] or used[c]):
-            used[a] = used[b] = used[c] = True
-            kept[t] = True
-    return kept
 
 
 @kernel
@@ -267,6 +247,7 @@ def _advance(fans: Any, spacing: Any, late: Any, fresh: Any) -> Any:
         if node == -1:
             break
         nodes[count], reach[count] = node, _REACH * spacing[node]
+        covered[node] = True
         number = _walk(node, count, reach[count], fans, walk, queue, visited)
         if filled + number > seen.size:
             vertices = np.concatenate((vertices, np.zeros_like(vertices)))

@@ -10,7 +10,7 @@ karhunen_loeve    squared exponential, up to 10 000 points, rank <= 400  1e-4
 grid              squared exponential, any size                          6e-4
 two_level         squared exponential where the grid would be too large  1e-3
 vecchia           all other kernels, and few points per length           1e-3 (Matern 5/2) to 8e-3
-surface           thin patches, metric="surface"                         0.03 at 7 vertices per l
+surface           thin patches, metric="surface"                         1.5e-3 (smooth) to 1e-2
 ================  =====================================================  ==========================
 """
 

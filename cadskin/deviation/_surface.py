@@ -93,6 +93,8 @@ class SurfaceField(PatchField):
     stretch : (n,) float, optional
         Local correlation length over the one that ``points`` are divided by: a non-stationary field, whose
         operator is 1 - div(length² grad).
+    normals : (n, 3) float, optional
+        Of the surface; without them it is that of the facets.
     collar : bool
         False: no unknowns beyond the free edges, so that `precision` is that of the points alone; the
         correlation within one length of a free edge is then off by up to 0.1 (rough) to 0.3 (smooth).
@@ -100,15 +102,16 @@ class SurfaceField(PatchField):
     Notes
     -----
     The marginal variance of the coloured noise is found exactly (as the row norms of the map) at all points
-    of a mesh up to 8000 points, else at points a quarter length apart with kriging between (measured: within
-    1 % for 99 % of the points at 7 vertices per length, all kernels), and divided out.
+    where points times unknowns times solves are few, else at points a quarter to half a length apart with
+    kriging between, and divided out.
 
     Beyond free edges the operator goes on over a collar two lengths wide, so that edges and corners do not
-    show: the correlation of a plane, up to its edges, is within 0.02 to 0.03 of the kernel at 7 vertices per
-    length and within 0.012 at 20 (the exponential 0.016). Around concave corners, between points that do not
-    see each other, the law is that of the way along the surface.
+    show: the correlation of a plane, up to its edges, is within 1e-3 of the kernel for the squared
+    exponential, 1.3e-3 for the Matern 5/2, and 1e-2 for rough kernels, from four vertices per length on.
+    Around concave corners, between points that do not see each other, the law is that of the way along the
+    surface.
 
-    With a ``stretch`` and more than 8000 points the variance comes from 8192 fixed samples: the standard
+    With a ``stretch`` and many points the variance comes from 8192 fixed samples: the standard
     deviation has a relative error of 0.8 % (one sigma).
 
     References

@@ -8,7 +8,7 @@ from scipy.special import eval_legendre
 from surfaces import ball, covariance_at, plane, rounded_slab, tube
 
 from cadskin.deviation import GaussianField, correlation
-from cadskin.deviation._log_maps import single_cover, spread_nodes, vertex_fans
+from cadskin.deviation._log_maps import spread_nodes, vertex_fans
 from cadskin.deviation._surface import SurfaceField
 from cadskin.deviation._surface_levels import SurfaceLevelsField, surface_field
 from cadskin.deviation.kernels import smoothness
@@ -67,11 +67,6 @@ def test_log_maps_stay_on_one_side_of_a_thin_wall():
     assert (height[vertex] * height[node])[inside].min() > 0
 
 
-def test_single_cover_takes_one_diagonal():
-    both = np.array([[0, 1, 2], [0, 2, 3], [0, 1, 3], [1, 2, 3]])
-    assert single_cover(both).tolist() == [True, True, False, False]
-
-
 def test_surfaces_that_are_no_manifold_have_no_fans():
     fan = np.array([[0, 1, 2], [0, 3, 4]])
     assert vertex_fans(5, fan, np.ones((2, 3))) is None
@@ -89,10 +84,10 @@ def carried_field(part, length, kernel):
 
 @pytest.mark.parametrize(
     ("kernel", "limit"),
-    [("squared_exponential", 6e-3), ("matern52", 6e-3), ("matern32", 1e-2), ("whittle", 1.8e-2)],
+    [("squared_exponential", 1.5e-3), ("matern52", 1.5e-3), ("matern32", 1e-2), ("whittle", 1e-2)],
 )
 def test_closed_form_on_the_sphere(kernel, limit):
-    part, radius, length = ball(20.0, 3000), 20.0, 15.0
+    part, radius, length = ball(20.0, 4000), 20.0, 18.0
     rows = np.arange(0, part.n_samples, 13)
     covariance = covariance_at(carried_field(part, length, kernel), rows)
     assert np.abs(np.diag(covariance) - 1).max() < 5e-3
@@ -110,7 +105,7 @@ def test_closed_form_on_the_sphere(kernel, limit):
 
 @pytest.mark.parametrize(
     ("kernel", "limit"),
-    [("squared_exponential", 2e-2), ("matern52", 1.5e-2), ("matern32", 1.5e-2), ("whittle", 2.5e-2)],
+    [("squared_exponential", 1.5e-3), ("matern52", 1.5e-3), ("matern32", 1e-2), ("whittle", 1e-2)],
 )
 def test_a_plane_has_the_kernel_up_to_its_edges_and_corners(kernel, limit):
     part, length = plane((40.0, 32.0), h=0.8, jitter=0.2), 14.0
@@ -125,7 +120,7 @@ def test_a_plane_has_the_kernel_up_to_its_edges_and_corners(kernel, limit):
     assert error.max() < limit
 
 
-@pytest.mark.parametrize(("kernel", "limit"), [("squared_exponential", 1.5e-2), ("matern32", 1.5e-2)])
+@pytest.mark.parametrize(("kernel", "limit"), [("squared_exponential", 1.5e-3), ("matern32", 1e-2)])
 def test_the_mantle_of_a_shaft_up_to_its_ends(kernel, limit):
     """Closed form: the kernel of the plane, wrapped around."""
     part, radius, length = tube(12.0, 36.0, 1.0), 12.0, 12.0
@@ -171,4 +166,4 @@ def test_coarse_meshes_and_the_exponential_keep_all_points():
     points, triangles = part.surface.points, part.surface.triangles
     assert isinstance(surface_field(points / 18, triangles, "exponential"), SurfaceField)
     assert isinstance(surface_field(points / 4, triangles, "whittle"), SurfaceField)
-    assert isinstance(surface_field(points / 18, triangles, "whittle"), SurfaceLevelsField)
+    assert isinstance(surface_field(points / 18, triangles, "matern32"), SurfaceLevelsField)
