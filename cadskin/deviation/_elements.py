@@ -38,7 +38,7 @@ _ENOUGH = {
     "matern52": (4.5, 4.5, 26.0),
     "matern32": (3.5, 3.5, 14.0),
     "whittle": (5.5, 5.0, 18.0),
-    "exponential": (18.0, 13.0, 28.0),
+    "exponential": (18.0, 13.0, 60.0),
 }
 _GROWTH = 1.3  # of the rows of the collar
 _NEARLY = 0.9  # share of it that does
